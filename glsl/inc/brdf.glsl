@@ -1,0 +1,98 @@
+// Lobes. exp and log are our own: drivers differ by up to 5 % in pow (PEERS.md). CPU twin: reference/shade.rs.
+layout(constant_id = 6) const uint SHADING = 2u;
+
+// log(1 - x) for x in [0, 1): atanh series after a split of the mantissa; a few ulp for small x, where lobes are high.
+float log_one_minus(float x) {
+    precise float y = 1.0 - x;
+    if (y <= 0.0) {
+        return -1e30;
+    }
+    int e = 0;
+    precise float z;
+    if (x < 0.29289322) {
+        z = -x / (2.0 - x);
+    } else {
+        uint bits = floatBitsToUint(y);
+        e = int(bits >> 23) - 127;
+        float m = uintBitsToFloat((bits & 0x7fffffu) | 0x3f800000u);
+        if (m > 1.41421356) {
+            m *= 0.5;
+            e += 1;
+        }
+        z = (m - 1.0) / (m + 1.0);
+    }
+    precise float z2 = z * z;
+    precise float series = 2.0 * z * (1.0 + z2 * (0.33333333333 + z2 * (0.2 + z2 * (0.14285714286 + z2 * (0.11111111111 + z2 * 0.09090909091)))));
+    precise float result = float(e) * 0.69314718056 + series;
+    return result;
+}
+
+// exp(x) for x <= 0: Cody-Waite reduction and a Taylor polynomial of degree 7 on [-ln2/2, ln2/2] (error under 2^-26).
+float exp_negative(float x) {
+    if (x < -87.0) {
+        return 0.0;
+    }
+    precise float k = floor(x * 1.44269504089 + 0.5);
+    precise float r = (x - k * 0.693145751953125) - k * 1.42860682030941723e-6;
+    precise float p = 1.0 + r * (1.0 + r * (0.5 + r * (0.16666666667 + r * (0.04166666667 + r * (0.00833333333 + r * (0.00138888889 + r * 0.0001984127))))));
+    return p * uintBitsToFloat(uint(int(k) + 127) << 23);
+}
+
+struct Lobes {
+    vec3 diffuse;
+    vec3 specular;
+    float alpha2;
+    float shininess;
+    float view_term;
+};
+
+// What does not depend on the light.
+Lobes make_lobes(Surface s, vec3 v) {
+    Lobes lobes;
+    precise vec3 f0 = mix(vec3(0.04), s.base_color, s.metallic);
+    lobes.specular = f0;
+    precise float alpha = s.roughness * s.roughness;
+    lobes.alpha2 = alpha * alpha;
+    if (SHADING == SHADING_GLTF) {
+        lobes.diffuse = s.base_color * ((1.0 - s.metallic) * (1.0 / PI));
+        precise float nv = abs(dot(s.normal, v));
+        lobes.view_term = nv + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nv * nv);
+        lobes.shininess = 0.0;
+    } else {
+        lobes.diffuse = SHADING == SHADING_LAMBERT ? s.base_color * (1.0 / PI) : s.base_color;
+        lobes.shininess = clamp(2.0 / lobes.alpha2 - 2.0, 1.0, 1024.0);
+        lobes.view_term = 0.0;
+    }
+    return lobes;
+}
+
+// Reflected radiance for unit irradiance: diffuse, plus Blinn's lobe (phong) or GGX with Smith and Schlick (gltf).
+vec3 reflect_light(Lobes lobes, Surface s, vec3 v, vec3 l, float nl) {
+    if (SHADING == SHADING_LAMBERT) {
+        return lobes.diffuse;
+    }
+    precise vec3 h = l + v;
+    precise float h2 = dot(h, h);
+    if (!(h2 > 0.0)) {
+        return lobes.diffuse;
+    }
+    h /= sqrt(h2);
+    precise vec3 across = cross(s.normal, h);
+    // 1 - (n.h)^2 as |n x h|^2: no cancellation at the peak of the lobe.
+    precise float sin2 = min(dot(across, across), 1.0);
+    float nh = dot(s.normal, h);
+    if (SHADING == SHADING_PHONG) {
+        if (nh <= 0.0) {
+            return lobes.diffuse;
+        }
+        return lobes.diffuse + lobes.specular * exp_negative(0.5 * lobes.shininess * log_one_minus(sin2));
+    }
+    precise float w = 1.0 - max(dot(v, h), 0.0);
+    precise float w2 = w * w;
+    precise vec3 fresnel = lobes.specular + (1.0 - lobes.specular) * (w2 * w2 * w);
+    precise float d = sin2 + lobes.alpha2 * (1.0 - sin2);
+    precise float light_term = nl + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nl * nl);
+    precise float lobe = lobes.alpha2 / (PI * d * d * light_term * lobes.view_term);
+    precise vec3 result = (1.0 - fresnel) * lobes.diffuse + fresnel * (nh > 0.0 ? lobe : 0.0);
+    return result;
+}

@@ -1,0 +1,45 @@
+//! Hard cases and equalities as rows that anyone can run on their driver: `check` prints them, tests assert them.
+
+mod equalities;
+mod oracle;
+
+use crate::error::Result;
+use crate::renderer::Renderer;
+
+pub use oracle::{shading_error, whole_picture_error};
+
+/// Result of one check.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Short name; starts with the row of the table of hard cases where there is one.
+    pub name: String,
+    /// Held or not.
+    pub passed: bool,
+    /// The figure and its bound.
+    pub detail: String,
+}
+
+impl Row {
+    /// A row whose figure must not pass `bound`.
+    pub fn at_most(name: impl Into<String>, figure: f64, bound: f64) -> Self {
+        // A figure that is not a number has failed.
+        Self { name: name.into(), passed: figure <= bound, detail: format!("{figure:.3e}, at most {bound:.0e}") }
+    }
+
+    /// A row whose count must be 0.
+    pub fn none(name: impl Into<String>, count: usize, what: &str) -> Self {
+        Self { name: name.into(), passed: count == 0, detail: format!("{count} {what}") }
+    }
+}
+
+/// A check: gives its rows or says why it could not run.
+pub type Check = fn(&Renderer) -> Result<Vec<Row>>;
+
+/// Every check with its name.
+pub const ALL: &[(&str, Check)] = &[
+    ("prepass", equalities::prepass),
+    ("fetch", equalities::fetch),
+    ("still", equalities::still),
+    ("shading", oracle::shading),
+    ("picture", oracle::picture),
+];

@@ -1,0 +1,139 @@
+//! The device against f64: shading fed with the device's own surfaces, and whole pictures against traced rays.
+
+use glam::DVec3;
+
+use super::Row;
+use crate::error::{Error, Result};
+use crate::measure::metrics;
+use crate::measure::picture::Picture;
+use crate::passes;
+use crate::passes::surface::LAYERS;
+use crate::plan::{Plan, Request};
+use crate::reference::render::Reference;
+use crate::reference::shade::Shader;
+use crate::reference::surface::Surface;
+use crate::renderer::Renderer;
+use crate::scene::shading::Shading;
+use crate::scene::{Scene, builtin, scatter};
+
+/// Bound of the shading error: of the larger of the reference and the picture's mean.
+pub const SHADING_BOUND: f64 = 1e-5;
+
+const SHADINGS: [Shading; 3] = [Shading::Lambert, Shading::Phong, Shading::Gltf];
+
+/// What the lights saw at each pixel, as the device stored it; `None` where nothing is.
+fn surfaces(picture: &Picture) -> Result<Vec<Option<Surface>>> {
+    let missing = || Error::new("the surface probe left no layers");
+    let mut layers = Vec::new();
+    for name in LAYERS {
+        layers.push(picture.rgba(name).ok_or_else(missing)?);
+    }
+    let vector = |v: [f32; 4]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    let surface = |i: usize| {
+        let [position, normal, base, emissive] = [layers[0][i], layers[1][i], layers[2][i], layers[3][i]];
+        (emissive[3] > 0.5).then(|| Surface {
+            position: vector(position),
+            normal: vector(normal),
+            base_color: vector(base),
+            alpha: 1.0,
+            metallic: f64::from(base[3]),
+            roughness: f64::from(position[3]),
+            occlusion: f64::from(normal[3]),
+            emissive: vector(emissive),
+            unlit: emissive[3] > 1.5,
+        })
+    };
+    Ok((0..layers[0].len()).map(surface).collect())
+}
+
+fn radiance(picture: &Picture) -> Result<Vec<[f32; 4]>> {
+    picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance"))
+}
+
+/// Largest error of the device's shading against f64 fed with the device's surfaces, relative to the larger of the reference
+/// and its mean.
+///
+/// # Errors
+/// A lost device.
+pub fn shading_error(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<f64> {
+    let plan = Plan::new(scene, request, &renderer.limits())?;
+    let mut frame = renderer.prepare(scene, &plan)?;
+    frame.draw(1)?;
+    let shaded = radiance(&frame.read_back()?)?;
+    let mut probe = renderer.prepare_frame(scene, &plan, passes::surface_frame(&plan))?;
+    probe.draw(1)?;
+    let surfaces = surfaces(&probe.read_back()?)?;
+    let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
+    let pairs: Vec<(DVec3, [f32; 4])> = surfaces
+        .iter()
+        .zip(&shaded)
+        .filter_map(|(surface, pixel)| Some((shader.radiance(surface.as_ref()?), *pixel)))
+        .collect();
+    if pairs.is_empty() {
+        return Ok(f64::INFINITY);
+    }
+    let mean = pairs.iter().map(|p| p.0.element_sum() / 3.0).sum::<f64>() / pairs.len() as f64;
+    let error = |(reference, pixel): &(DVec3, [f32; 4])| {
+        (0..3).map(|i| (f64::from(pixel[i]) - reference[i]).abs() / reference[i].abs().max(mean)).fold(0.0, larger)
+    };
+    Ok(pairs.iter().map(error).fold(0.0, larger))
+}
+
+/// Maximum that a NaN wins.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Mean relative error of the device's picture against traced rays, over pixels whose 3x3 neighbourhood is one surface; and the
+/// share of such pixels.
+///
+/// # Errors
+/// A lost device.
+pub fn whole_picture_error(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<(f64, f64)> {
+    let plan = Plan::new(scene, request, &renderer.limits())?;
+    let mut frame = renderer.prepare(scene, &plan)?;
+    frame.draw(1)?;
+    let shaded = metrics::widen(&radiance(&frame.read_back()?)?);
+    let reference = Reference::new(scene, &plan.view)?;
+    let traced = reference.render(&Shader::new(&plan.lighting, &plan.view, plan.shading), &|_| {});
+    let mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
+    let share = mask.iter().filter(|m| **m).count() as f64 / mask.len().max(1) as f64;
+    Ok((metrics::compare_masked(&traced.rgba, &shaded, &mask).mean_relative, share))
+}
+
+/// Bound of the whole picture's mean relative error, by the driver's sub-pixel bits.
+pub fn picture_bound(renderer: &Renderer) -> f64 {
+    if renderer.device().facts.limits.sub_pixel_precision_bits >= 8 { 1e-3 } else { 5e-3 }
+}
+
+fn lit(name: &str, lights: usize) -> Result<Scene> {
+    let mut scene = builtin::load(name)?;
+    scene.lights = scatter::point_lights(&scene.bounds(), lights, 7);
+    Ok(scene)
+}
+
+/// Shading of three scenes, all models.
+pub fn shading(renderer: &Renderer) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for name in ["cornell", "corridor"] {
+        let scene = lit(name, 64)?;
+        for shading in SHADINGS {
+            let request = Request { width: 160, height: 90, shading, ..Request::default() };
+            let error = shading_error(renderer, &scene, &request)?;
+            rows.push(Row::at_most(format!("shading {} against f64, {name}", shading.name()), error, SHADING_BOUND));
+        }
+    }
+    Ok(rows)
+}
+
+/// Whole pictures against traced rays.
+pub fn picture(renderer: &Renderer) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for name in ["cornell", "furnace"] {
+        let scene = lit(name, 16)?;
+        let request = Request { width: 160, height: 90, ..Request::default() };
+        let (error, _) = whole_picture_error(renderer, &scene, &request)?;
+        rows.push(Row::at_most(format!("picture against rays, {name}"), error, picture_bound(renderer)));
+    }
+    Ok(rows)
+}

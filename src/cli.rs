@@ -1,0 +1,336 @@
+//! What was typed, as clap parses it. What it means is decided in `commands/`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// A Vulkan renderer for scenes with very many lights, every step explicit.
+#[derive(Debug, Parser)]
+#[command(name = "lampyris", version, about, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    /// What to do; without a command the built-in atrium is rendered to out.png.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands that have landed.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Plan, draw and measure a scene, and write a PNG or EXR.
+    Render(Render),
+    /// Say which effects run and why, and list the barriers.
+    Plan(PlanArgs),
+    /// List drivers and, for each feature that can be used, what happens without it.
+    Devices(Devices),
+    /// Write a procedural scene as glTF, lights included; without a name, list them.
+    Scene(SceneArgs),
+    /// Compare two pictures.
+    Diff(Diff),
+    /// Check hard cases and equalities on the chosen driver.
+    Check(Check),
+    /// Run an experiment.
+    Bench(Bench),
+}
+
+/// Options that choose scene, light and camera.
+#[derive(Debug, Clone, Args)]
+pub struct Shared {
+    /// Device or driver whose name contains this.
+    #[arg(long, value_name = "SUBSTRING")]
+    pub driver: Option<String>,
+    /// Plan for the device's limits or for the least that the specification grants.
+    #[arg(long, value_enum, default_value = "device")]
+    pub limits: LimitsChoice,
+    /// Picture size in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub size: (u32, u32),
+    /// How to light.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub technique: TechniqueChoice,
+    /// Depth pre-pass of forward techniques.
+    #[arg(long, value_enum, default_value = "on")]
+    pub prepass: OnOff,
+    /// How light data is read.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub light_fetch: FetchArg,
+    /// Reflection model.
+    #[arg(long, value_enum, default_value = "gltf")]
+    pub shading: ShadingArg,
+    /// Ambient radiance, linear RGB.
+    #[arg(long, value_name = "R,G,B", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub ambient: Option<[f64; 3]>,
+    /// Distance law 1 / (C + L d + Q d^2) of point and spot lights [default: 0,0,1].
+    #[arg(long, value_name = "C,L,Q", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub attenuation: Option<[f64; 3]>,
+    /// Scatter N coloured point lights, in place of the scene's own.
+    #[arg(long, value_name = "N")]
+    pub lights: Option<u32>,
+    /// Seed of the scattered lights.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub light_seed: u64,
+    /// Range of every light in metres, or inf for no range and no window.
+    #[arg(long, value_name = "R|inf", allow_hyphen_values = true)]
+    pub light_range: Option<f64>,
+    /// Cut-off from which ranges are solved [default: 5/256].
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub light_cutoff: Option<f64>,
+    /// Camera of the scene, by name or index.
+    #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look_from")]
+    pub camera: Option<String>,
+    /// Eye.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true, requires = "look_at")]
+    pub look_from: Option<[f64; 3]>,
+    /// Point in the middle of the picture.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true, requires = "look_from")]
+    pub look_at: Option<[f64; 3]>,
+    /// Vertical field of view in degrees, with --look-from.
+    #[arg(long, value_name = "DEG", default_value_t = 60.0)]
+    pub fov: f64,
+    /// Draw an intermediate value instead of light.
+    #[arg(long, value_enum)]
+    pub debug_view: Option<DebugViewArg>,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Clone, Args)]
+pub struct Render {
+    /// A .gltf or .glb file, or builtin:NAME[:key=value,...].
+    #[arg(default_value = "builtin:atrium")]
+    pub scene: String,
+    /// Where the picture goes: .png for display, .exr for scene-linear f32.
+    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
+    pub output: PathBuf,
+    /// Repeat the picture that FILE says it is (a PNG or EXR of this program).
+    #[arg(long, value_name = "FILE")]
+    pub from: Option<PathBuf>,
+    /// Scene, light and camera.
+    #[command(flatten)]
+    pub shared: Shared,
+    /// Exposure in stops, or auto.
+    #[arg(long, value_name = "EV|auto", default_value = "auto", allow_hyphen_values = true)]
+    pub exposure: String,
+    /// Curve from scene to display.
+    #[arg(long, value_enum, default_value = "neutral")]
+    pub tonemap: TonemapArg,
+    /// Frames to time, after a warm-up of two.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+    /// Add depth, position, normal, base colour and emission layers to an EXR.
+    #[arg(long)]
+    pub layers: bool,
+    /// Run under validation, synchronization validation and our own checker; any message fails the run.
+    #[arg(long)]
+    pub validate: bool,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Clone, Args)]
+pub struct PlanArgs {
+    /// A .gltf or .glb file, or builtin:NAME[:key=value,...].
+    #[arg(default_value = "builtin:atrium")]
+    pub scene: String,
+    /// Scene, light and camera.
+    #[command(flatten)]
+    pub shared: Shared,
+    /// Print every barrier of the frame with its reason.
+    #[arg(long)]
+    pub barriers: bool,
+    /// Print the frame's graph in DOT.
+    #[arg(long, conflicts_with = "barriers")]
+    pub dot: bool,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `devices`.
+#[derive(Debug, Clone, Args)]
+pub struct Devices {
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `scene`.
+#[derive(Debug, Clone, Args)]
+pub struct SceneArgs {
+    /// NAME[:key=value,...]; without it the names are listed.
+    #[arg(requires = "output")]
+    pub name: Option<String>,
+    /// Where the glTF goes.
+    #[arg(short, long, value_name = "FILE.glb")]
+    pub output: Option<PathBuf>,
+    /// Scatter N coloured point lights, in place of the scene's own.
+    #[arg(long, value_name = "N")]
+    pub lights: Option<u32>,
+    /// Seed of the scattered lights.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub light_seed: u64,
+}
+
+/// Arguments of `diff`.
+#[derive(Debug, Clone, Args)]
+pub struct Diff {
+    /// Reference picture, PNG or EXR.
+    pub a: PathBuf,
+    /// Picture to judge.
+    pub b: PathBuf,
+    /// Write a heat map of the difference.
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+    /// Fail where the largest difference of a channel passes X.
+    #[arg(long, value_name = "X")]
+    pub max: Option<f64>,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Clone, Args)]
+pub struct Check {
+    /// Device or driver whose name contains this.
+    #[arg(long, value_name = "SUBSTRING")]
+    pub driver: Option<String>,
+    /// Run under validation and synchronization validation.
+    #[arg(long)]
+    pub validate: bool,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `bench`.
+#[derive(Debug, Clone, Args)]
+pub struct Bench {
+    /// Which experiment.
+    #[arg(value_enum)]
+    pub name: BenchName,
+    /// Device or driver whose name contains this.
+    #[arg(long, value_name = "SUBSTRING")]
+    pub driver: Option<String>,
+    /// Picture size in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub size: (u32, u32),
+    /// Reflection model.
+    #[arg(long, value_enum, default_value = "gltf")]
+    pub shading: ShadingArg,
+    /// Lights in the loop.
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "16,64")]
+    pub lights: Vec<u32>,
+    /// Frames to time, interleaved.
+    #[arg(long, value_name = "N", default_value_t = 9)]
+    pub frames: u32,
+    /// Fewer frames.
+    #[arg(long)]
+    pub quick: bool,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Experiments that have landed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BenchName {
+    /// Full-screen loop over N lights for each light fetch: the most that shading can reach on this driver.
+    Ceiling,
+}
+
+/// `--limits`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LimitsChoice {
+    /// What the device says.
+    Device,
+    /// What the specification grants everywhere; needs no driver for `plan`.
+    Minimum,
+}
+
+/// `--technique`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TechniqueChoice {
+    /// The plan chooses.
+    Auto,
+    /// Every fragment loops over all lights: the definition of the picture.
+    Forward,
+    /// Rays in f64 on the CPU: the judge.
+    Reference,
+}
+
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OnOff {
+    /// On.
+    On,
+    /// Off.
+    Off,
+}
+
+/// `--light-fetch`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FetchArg {
+    /// The plan chooses.
+    Auto,
+    /// Storage buffer.
+    Storage,
+    /// Uniform buffer.
+    Uniform,
+    /// Uniform texel buffer.
+    Texel,
+}
+
+/// `--shading`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShadingArg {
+    /// Diffuse only.
+    Lambert,
+    /// Ambient, diffuse and Blinn's specular lobe.
+    Phong,
+    /// glTF's metallic-roughness.
+    Gltf,
+}
+
+/// `--tonemap`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TonemapArg {
+    /// Clip at 1.
+    None,
+    /// A filmic curve.
+    Aces,
+    /// Khronos PBR Neutral.
+    Neutral,
+}
+
+/// `--debug-view`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DebugViewArg {
+    /// Base colour.
+    Albedo,
+    /// View-space normal.
+    Normals,
+    /// Distance in false colour.
+    Depth,
+    /// The depth buffer's own value.
+    DepthRaw,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let (w, h) = text.split_once(['x', 'X']).ok_or("a size is written WxH, e.g. 1280x720")?;
+    let number = |t: &str| t.parse::<u32>().map_err(|_| format!("{t:?} is not a number of pixels"));
+    match (number(w)?, number(h)?) {
+        (0, _) | (_, 0) => Err("a picture needs at least one pixel".into()),
+        size => Ok(size),
+    }
+}
+
+fn parse_triple(text: &str) -> Result<[f64; 3], String> {
+    let parts: Vec<_> = text.split(',').collect();
+    let [a, b, c] = parts.as_slice() else { return Err("three numbers with commas between are expected".into()) };
+    let number = |t: &str| match t.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err(format!("{t:?} is not a finite number")),
+    };
+    Ok([number(a)?, number(b)?, number(c)?])
+}

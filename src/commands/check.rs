@@ -1,0 +1,57 @@
+//! `check`: hard cases and equalities on the chosen driver, as a table of passes and failures.
+
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::report;
+use crate::checks::{self, Row};
+use crate::cli::Check;
+use crate::error::{Error, Result};
+use crate::gpu::Options;
+use crate::renderer::Renderer;
+
+/// Runs every check.
+///
+/// # Errors
+/// Any check that failed or could not run.
+pub fn run(args: &Check) -> Result<ExitCode> {
+    let renderer = Renderer::new(&Options { validate: args.validate, driver: args.driver.clone() })?;
+    let facts = &renderer.device().facts;
+    let quiet = report::json_on_stdout(args.json.as_deref());
+    if !quiet {
+        report::print(&format!("{} ({})\n", facts.name, facts.driver))?;
+    }
+    let mut rows: Vec<Row> = Vec::new();
+    for (name, check) in checks::ALL {
+        let mut found = check(&renderer).unwrap_or_else(|e| {
+            vec![Row { name: (*name).into(), passed: false, detail: format!("could not run: {e}") }]
+        });
+        if args.validate {
+            let messages = renderer.take_messages();
+            let detail =
+                messages.first().map_or("0 messages".to_string(), |m| format!("{} messages: {m}", messages.len()));
+            found.push(Row { name: format!("validation of {name}"), passed: messages.is_empty(), detail });
+        }
+        if !quiet {
+            let line =
+                |row: &Row| format!("{}  {:<44} {}\n", if row.passed { "pass" } else { "FAIL" }, row.name, row.detail);
+            report::print(&found.iter().map(line).collect::<String>())?;
+        }
+        rows.extend(found);
+    }
+    let failed = rows.iter().filter(|r| !r.passed).count();
+    if let Some(path) = &args.json {
+        let listed: Vec<_> =
+            rows.iter().map(|r| json!({ "name": r.name, "passed": r.passed, "detail": r.detail })).collect();
+        let device = report::device_json(facts);
+        report::write_json(
+            path,
+            &json!({ "schema": report::SCHEMA, "device": device, "rows": listed, "failed": failed }),
+        )?;
+    }
+    if failed > 0 {
+        return Err(Error::new(format!("{failed} of {} checks failed", rows.len())));
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,143 @@
+//! `plan`: what would run and why, without drawing; and the summary that `render` prints.
+
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+
+use super::{report, setup};
+use crate::cli::{LimitsChoice, PlanArgs};
+use crate::error::Result;
+use crate::gpu::Options;
+use crate::graph::{Access, describe, hazard};
+use crate::passes;
+use crate::plan::{Plan, Technique};
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+
+/// Runs the command.
+///
+/// # Errors
+/// As `render`, up to the plan.
+pub fn run(args: &PlanArgs) -> Result<ExitCode> {
+    let request = setup::request(&args.shared)?;
+    let scene = setup::scene(&args.scene, &args.shared)?;
+    let needs_device = args.shared.limits == LimitsChoice::Device && request.technique != Technique::Reference;
+    let options = Options { validate: false, driver: args.shared.driver.clone() };
+    let renderer = if needs_device { Some(Renderer::new(&options)?) } else { None };
+    let plan = Plan::new(&scene, &request, &setup::limits(&args.shared, renderer.as_ref()))?;
+    let frame = passes::frame(&plan);
+    let barriers = hazard::derive(&frame.graph);
+    if !report::json_on_stdout(args.json.as_deref()) {
+        let mut out = String::new();
+        if args.dot {
+            out += &describe::dot(&frame.graph, &barriers);
+        } else if args.barriers {
+            out += &describe::listing(&frame.graph, &barriers);
+        } else {
+            out += &summary(&scene, &plan);
+            out += &format!(
+                "memory    {} attachments, {} scene data\n",
+                report::bytes(plan.attachment_bytes()),
+                report::bytes(plan.static_bytes())
+            );
+        }
+        report::print(&out)?;
+    }
+    if let Some(path) = &args.json {
+        let listed: Vec<_> = barriers.iter().map(|b| barrier_json(&frame.graph, b)).collect();
+        let value = json!({
+            "schema": report::SCHEMA,
+            "version": env!("CARGO_PKG_VERSION"),
+            "device": renderer.as_ref().map(|r| report::device_json(&r.device().facts)),
+            "scene": scene_json(&args.scene, &scene, &scene.fingerprint()),
+            "plan": plan_json(&plan),
+            "passes": frame.graph.nodes.iter().map(|n| json!({ "name": n.name })).collect::<Vec<_>>(),
+            "barriers": listed,
+            "notes": plan.notes.iter().chain(&scene.warnings).collect::<Vec<_>>(),
+        });
+        report::write_json(path, &value)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn barrier_json(graph: &crate::graph::Graph, b: &hazard::Barrier) -> Value {
+    let producers: Vec<_> = b
+        .producers
+        .iter()
+        .map(|p| json!({ "node": p.node, "access": p.access.name(), "previous_frame": p.previous_frame }))
+        .collect();
+    json!({
+        "resource": graph.name_of(b.resource),
+        "hazard": b.hazard.name(),
+        "producers": producers,
+        "consumer": { "node": graph.nodes[b.before].name, "access": Access::name(b.consumer) },
+        "src_stages": describe::stages(b.src_stages),
+        "src_access": describe::accesses(b.src_access),
+        "dst_stages": describe::stages(b.dst_stages),
+        "dst_access": describe::accesses(b.dst_access),
+        "old_layout": format!("{:?}", b.layouts.0),
+        "new_layout": format!("{:?}", b.layouts.1),
+        "sentence": describe::sentence(graph, b),
+    })
+}
+
+/// Scene, technique, effects and notes for people.
+pub fn summary(scene: &Scene, plan: &Plan) -> String {
+    let mut out = format!(
+        "scene     {}: {} triangles in {} instances, {} materials, {} textures, {} lights\n",
+        scene.name,
+        scene.triangle_count(),
+        scene.instances.len(),
+        scene.materials.len(),
+        plan.materials.textures.len(),
+        plan.lights.count
+    );
+    out += &format!("picture   {}x{} through camera \"{}\"\n", plan.view.width, plan.view.height, plan.view.name);
+    out += &format!("plan      {}, {} shading ({})\n", plan.technique.name(), plan.shading.name(), plan.technique_why);
+    for (title, runs) in [("runs", true), ("skipped", false)] {
+        for effect in plan.effects.iter().filter(|e| e.runs == runs) {
+            let cost = match (effect.bytes, runs) {
+                (0, _) => String::new(),
+                (bytes, true) => format!(" [{}]", report::bytes(bytes)),
+                (bytes, false) => format!(" [{} saved]", report::bytes(bytes)),
+            };
+            out += &format!("  {title:<8} {:<13} {}{cost}\n", effect.name, effect.why);
+        }
+    }
+    for note in plan.notes.iter().chain(&scene.warnings) {
+        out += &format!("note      {note}\n");
+    }
+    out
+}
+
+/// The scene in machine form.
+pub fn scene_json(spec: &str, scene: &Scene, fingerprint: &str) -> Value {
+    json!({
+        "name": spec,
+        "fingerprint": fingerprint,
+        "triangles": scene.triangle_count(),
+        "instances": scene.instances.len(),
+        "meshes": scene.meshes.len(),
+        "materials": scene.materials.len(),
+        "images": scene.images.len(),
+        "lights": scene.lights.len(),
+    })
+}
+
+/// The plan in machine form.
+pub fn plan_json(plan: &Plan) -> Value {
+    json!({
+        "technique": plan.technique.name(),
+        "why": plan.technique_why,
+        "shading": plan.shading.name(),
+        "samples": plan.samples,
+        "width": plan.view.width,
+        "height": plan.view.height,
+        "camera": plan.view.name,
+        "lights": plan.lights.count,
+        "light_fetch": plan.lights.fetch.name(),
+        "attachment_bytes": plan.attachment_bytes(),
+        "static_bytes": plan.static_bytes(),
+        "effects": plan.effects,
+    })
+}

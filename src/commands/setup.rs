@@ -1,0 +1,127 @@
+//! From shared options to scene and request.
+
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use crate::cli::{DebugViewArg, FetchArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice};
+use crate::error::{Error, Result};
+use crate::plan::{CameraChoice, DebugView, FetchChoice, Limits, Request, Technique};
+use crate::renderer::Renderer;
+use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
+use crate::scene::shading::Shading;
+use crate::scene::{Scene, builtin, gltf, scatter};
+
+/// Most lights that are scattered: more would not fit into the index type of light lists.
+const MOST_LIGHTS: u32 = 1 << 24;
+
+/// Loads a file or builds a scene, by its spelling.
+///
+/// # Errors
+/// An unknown name, or whatever the loader finds.
+pub fn load_scene(spec: &str) -> Result<Scene> {
+    match spec.strip_prefix("builtin:") {
+        Some(name) => builtin::load(name),
+        None => gltf::load(Path::new(spec)),
+    }
+}
+
+/// Replaces the scene's lights with scattered ones, where asked.
+///
+/// # Errors
+/// Too many.
+pub fn scatter_lights(scene: &mut Scene, count: Option<u32>, seed: u64) -> Result<()> {
+    let Some(count) = count else { return Ok(()) };
+    if count > MOST_LIGHTS {
+        return Err(Error::usage(format!("--lights {count} passes {MOST_LIGHTS}, the most that can be scattered")));
+    }
+    scene.lights = scatter::point_lights(&scene.bounds(), count as usize, seed);
+    Ok(())
+}
+
+/// The scene with its lights as the options want them.
+///
+/// # Errors
+/// See [`load_scene`] and [`scatter_lights`].
+pub fn scene(spec: &str, shared: &Shared) -> Result<Scene> {
+    let mut scene = load_scene(spec)?;
+    scatter_lights(&mut scene, shared.lights, shared.light_seed)?;
+    Ok(scene)
+}
+
+/// Reflection model.
+pub fn shading(arg: ShadingArg) -> Shading {
+    match arg {
+        ShadingArg::Lambert => Shading::Lambert,
+        ShadingArg::Phong => Shading::Phong,
+        ShadingArg::Gltf => Shading::Gltf,
+    }
+}
+
+fn rules(shared: &Shared) -> Result<LightRules> {
+    let mut rules = LightRules::default();
+    if let Some([r, g, b]) = shared.ambient {
+        rules.ambient = Vec3::new(r as f32, g as f32, b as f32);
+    }
+    if let Some([constant, linear, quadratic]) = shared.attenuation {
+        rules.attenuation = Attenuation { constant, linear, quadratic };
+    }
+    rules.range = match (shared.light_range, shared.light_cutoff) {
+        (Some(_), Some(_)) => {
+            return Err(Error::usage("--light-range and --light-cutoff both decide the range of lights: give one"));
+        }
+        (Some(range), None) if range == f64::INFINITY => RangeRule::Infinite,
+        (Some(range), None) => RangeRule::Fixed(range),
+        (None, Some(cutoff)) => RangeRule::Cutoff(cutoff),
+        (None, None) => rules.range,
+    };
+    Ok(rules)
+}
+
+/// The request that the options make.
+///
+/// # Errors
+/// Options that contradict each other.
+pub fn request(shared: &Shared) -> Result<Request> {
+    let camera = match (&shared.camera, shared.look_from, shared.look_at) {
+        (Some(name), ..) => CameraChoice::Named(name.clone()),
+        (None, Some(from), Some(at)) => {
+            CameraChoice::LookAt(DVec3::from_array(from), DVec3::from_array(at), shared.fov.to_radians())
+        }
+        _ => CameraChoice::Default,
+    };
+    Ok(Request {
+        width: shared.size.0,
+        height: shared.size.1,
+        technique: match shared.technique {
+            TechniqueChoice::Auto => Technique::Auto,
+            TechniqueChoice::Forward => Technique::Forward,
+            TechniqueChoice::Reference => Technique::Reference,
+        },
+        prepass: shared.prepass == OnOff::On,
+        shading: shading(shared.shading),
+        rules: rules(shared)?,
+        fetch: match shared.light_fetch {
+            FetchArg::Auto => FetchChoice::Auto,
+            FetchArg::Storage => FetchChoice::Storage,
+            FetchArg::Uniform => FetchChoice::Uniform,
+            FetchArg::Texel => FetchChoice::Texel,
+        },
+        camera,
+        debug_view: shared.debug_view.map(|view| match view {
+            DebugViewArg::Albedo => DebugView::Albedo,
+            DebugViewArg::Normals => DebugView::Normals,
+            DebugViewArg::Depth => DebugView::Depth,
+            DebugViewArg::DepthRaw => DebugView::DepthRaw,
+        }),
+    })
+}
+
+/// The limits that plans are made for.
+pub fn limits(shared: &Shared, renderer: Option<&Renderer>) -> Limits {
+    match (shared.limits, renderer) {
+        (LimitsChoice::Device, Some(renderer)) => renderer.limits(),
+        (LimitsChoice::Device, None) => Limits::UNLIMITED,
+        (LimitsChoice::Minimum, _) => Limits::MINIMUM,
+    }
+}

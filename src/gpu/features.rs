@@ -1,0 +1,197 @@
+//! What physical devices offer: the baseline that is required and the features that have a way out.
+
+use ash::vk;
+
+use super::Instance;
+use super::instance::NO_DRIVER;
+use crate::error::{Error, Result};
+
+/// A feature beyond the baseline, and what happens without it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Optional {
+    /// Short name.
+    pub name: &'static str,
+    /// There or not.
+    pub there: bool,
+    /// What the renderer does without it.
+    pub without: &'static str,
+}
+
+/// One physical device, described.
+#[derive(Debug, Clone)]
+pub struct Facts {
+    /// Handle.
+    pub physical: vk::PhysicalDevice,
+    /// `deviceName`.
+    pub name: String,
+    /// `driverName` and `driverInfo`.
+    pub driver: String,
+    /// Vulkan version, major.minor.patch.
+    pub api: (u32, u32, u32),
+    /// Discrete, integrated, virtual, cpu, other.
+    pub kind: &'static str,
+    /// Missing baseline features; empty for a usable device.
+    pub missing: Vec<&'static str>,
+    /// Features with a way out.
+    pub optional: Vec<Optional>,
+    /// Core limits.
+    pub limits: vk::PhysicalDeviceLimits,
+    /// Lanes of a subgroup.
+    pub subgroup_size: u32,
+    /// Identifies driver and device for caches.
+    pub cache_uuid: [u8; 16],
+    /// `driverVersion`.
+    pub driver_version: u32,
+    /// Bits of valid timestamps on the graphics queue; 0: none.
+    pub timestamp_bits: u32,
+    /// Queue family with graphics and compute.
+    pub queue_family: Option<u32>,
+    /// `maxBufferSize`.
+    pub max_buffer_bytes: u64,
+}
+
+/// Every device the loader shows, in its order.
+pub fn enumerate(instance: &Instance) -> Result<Vec<Facts>> {
+    // SAFETY: the instance is alive.
+    let devices = unsafe { instance.raw.enumerate_physical_devices() }.map_err(super::failed("listing devices"))?;
+    if devices.is_empty() {
+        return Err(Error::new(NO_DRIVER));
+    }
+    Ok(devices.into_iter().map(|physical| describe(instance, physical)).collect())
+}
+
+/// Chooses by name, else the most capable kind.
+///
+/// # Errors
+/// No device of that name, or the one chosen is below the baseline: the sentence names what is missing.
+pub fn choose(instance: &Instance, driver: Option<&str>) -> Result<Facts> {
+    let all = enumerate(instance)?;
+    let wanted = driver.map(str::to_lowercase);
+    let matches =
+        |f: &Facts| wanted.as_ref().is_none_or(|w| format!("{} {}", f.name, f.driver).to_lowercase().contains(w));
+    let rank = |f: &Facts| {
+        let kind = ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == f.kind).unwrap_or(4);
+        (!f.missing.is_empty(), kind)
+    };
+    let names: Vec<_> = all.iter().map(|f| f.name.clone()).collect();
+    let chosen = all.into_iter().filter(matches).min_by_key(rank).ok_or_else(|| {
+        Error::new(format!("no device matches --driver {}; found: {}", driver.unwrap_or(""), names.join(", ")))
+    })?;
+    if !chosen.missing.is_empty() {
+        return Err(Error::new(format!(
+            "{} ({}) is below the baseline: it lacks {}",
+            chosen.name,
+            chosen.driver,
+            chosen.missing.join(", ")
+        )));
+    }
+    Ok(chosen)
+}
+
+fn text(bytes: &[std::ffi::c_char]) -> String {
+    let bytes: Vec<u8> = bytes.iter().take_while(|&&c| c != 0).map(|&c| c as u8).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
+    // SAFETY: the handle comes from this instance.
+    let core = unsafe { instance.raw.get_physical_device_properties(physical) };
+    let api = core.api_version;
+    let version = (vk::api_version_major(api), vk::api_version_minor(api), vk::api_version_patch(api));
+    let mut facts = Facts {
+        physical,
+        name: text(&core.device_name),
+        driver: String::new(),
+        api: version,
+        kind: match core.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+            vk::PhysicalDeviceType::CPU => "cpu",
+            _ => "other",
+        },
+        missing: Vec::new(),
+        optional: Vec::new(),
+        limits: core.limits,
+        subgroup_size: 0,
+        cache_uuid: core.pipeline_cache_uuid,
+        driver_version: core.driver_version,
+        timestamp_bits: 0,
+        queue_family: None,
+        max_buffer_bytes: 0,
+    };
+    // SAFETY: as above.
+    let families = unsafe { instance.raw.get_physical_device_queue_family_properties(physical) };
+    let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let family = families.iter().position(|f| f.queue_flags.contains(both));
+    facts.queue_family = family.map(|f| f as u32);
+    facts.timestamp_bits = family.map_or(0, |f| families[f].timestamp_valid_bits);
+    if family.is_none() {
+        facts.missing.push("a queue with graphics and compute");
+    }
+    if version < (1, 3, 0) {
+        facts.missing.push("Vulkan 1.3");
+        return facts;
+    }
+    describe_1_3(instance, physical, &mut facts);
+    facts
+}
+
+/// Properties and features that only a 1.3 device can be asked for.
+fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut Facts) {
+    let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+    let mut v12 = vk::PhysicalDeviceVulkan12Properties::default();
+    let mut v13 = vk::PhysicalDeviceVulkan13Properties::default();
+    let mut properties =
+        vk::PhysicalDeviceProperties2::default().push_next(&mut v11).push_next(&mut v12).push_next(&mut v13);
+    // SAFETY: the chain lives through the call and the device is of version 1.3.
+    unsafe { instance.raw.get_physical_device_properties2(physical, &mut properties) };
+    facts.subgroup_size = v11.subgroup_size;
+    facts.driver = format!("{} {}", text(&v12.driver_name), text(&v12.driver_info)).trim().to_string();
+    facts.max_buffer_bytes = v13.max_buffer_size;
+    let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut f13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut f12).push_next(&mut f13);
+    // SAFETY: as above.
+    unsafe { instance.raw.get_physical_device_features2(physical, &mut features) };
+    let core = features.features;
+    let baseline = [
+        (f13.synchronization2, "synchronization2"),
+        (f13.dynamic_rendering, "dynamicRendering"),
+        (f12.timeline_semaphore, "timelineSemaphore"),
+        (f12.scalar_block_layout, "scalarBlockLayout"),
+    ];
+    facts.missing.extend(baseline.iter().filter(|b| b.0 == vk::FALSE).map(|b| b.1));
+    let limits = &facts.limits;
+    if limits.max_compute_work_group_invocations < 256 {
+        facts.missing.push("256 invocations a workgroup");
+    }
+    if limits.max_compute_shared_memory_size < 32 << 10 {
+        facts.missing.push("32 KiB of shared memory");
+    }
+    let optional = [
+        ("BC texture compression", core.texture_compression_bc, "the same blocks are decoded from a buffer"),
+        ("f64 in shaders", core.shader_float64, "oracles run on the CPU"),
+        ("f16 in shaders", f12.shader_float16, "f32 is used"),
+        ("anisotropic filtering", core.sampler_anisotropy, "it is not used: one texture-level rule on every driver"),
+        ("timestamps", u32::from(facts.timestamp_bits > 0), "host time, said in the report"),
+        ("pipeline statistics", core.pipeline_statistics_query, "counters that need them are left out"),
+    ];
+    facts.optional =
+        optional.iter().map(|&(name, there, without)| Optional { name, there: there != 0, without }).collect();
+    let counts = limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts;
+    for (bit, name) in [
+        (vk::SampleCountFlags::TYPE_2, "2 samples a pixel"),
+        (vk::SampleCountFlags::TYPE_4, "4 samples a pixel"),
+        (vk::SampleCountFlags::TYPE_8, "8 samples a pixel"),
+    ] {
+        let without = "the nearest count is taken, aloud";
+        facts.optional.push(Optional { name, there: counts.contains(bit), without });
+    }
+    // SAFETY: as above.
+    let rgba32f =
+        unsafe { instance.raw.get_physical_device_format_properties(physical, vk::Format::R32G32B32A32_SFLOAT) };
+    let blends = rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND);
+    let without = "light volumes would round to 16 bits; the plan says so";
+    facts.optional.push(Optional { name: "blending into RGBA32F", there: blends, without });
+}

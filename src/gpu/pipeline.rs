@@ -1,0 +1,245 @@
+//! Pipelines and their layouts, made from the graph's plain descriptions.
+
+use std::io::Cursor;
+use std::sync::Arc;
+
+use ash::{util, vk};
+
+use super::pipeline_cache::PipelineCache;
+use super::{Device, failed};
+use crate::error::{Error, Result};
+use crate::graph::program::Program;
+use crate::graph::{ComputePipeline, GraphicsPipeline};
+
+/// Attribute formats by location: position, normal, tangent, uv0, uv1, colour; each in a stream of its own.
+pub const ATTRIBUTE_FORMATS: [vk::Format; 6] = [
+    vk::Format::R32G32B32_SFLOAT,
+    vk::Format::R32G32B32_SFLOAT,
+    vk::Format::R32G32B32A32_SFLOAT,
+    vk::Format::R32G32_SFLOAT,
+    vk::Format::R32G32_SFLOAT,
+    vk::Format::R32G32B32A32_SFLOAT,
+];
+
+/// Bytes of one element by location.
+pub const ATTRIBUTE_BYTES: [u64; 6] = [12, 12, 16, 8, 8, 16];
+
+/// A pipeline with its layout and set layouts.
+pub struct Pipeline {
+    /// Handle.
+    pub raw: vk::Pipeline,
+    /// Layout.
+    pub layout: vk::PipelineLayout,
+    /// By set number.
+    pub set_layouts: Vec<vk::DescriptorSetLayout>,
+    /// What it was made from.
+    pub program: &'static Program,
+    device: Arc<Device>,
+}
+
+struct Constants {
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u8>,
+}
+
+impl Constants {
+    fn new(values: &[(u32, u32)]) -> Self {
+        let entry = |(i, &(id, _)): (usize, &(u32, u32))| {
+            vk::SpecializationMapEntry::default().constant_id(id).offset(i as u32 * 4).size(4)
+        };
+        Self {
+            entries: values.iter().enumerate().map(entry).collect(),
+            data: values.iter().flat_map(|(_, bits)| bits.to_le_bytes()).collect(),
+        }
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
+    }
+}
+
+/// Shader modules of one pipeline, destroyed when it is made.
+struct Modules<'a> {
+    device: &'a Device,
+    raw: Vec<(vk::ShaderStageFlags, vk::ShaderModule)>,
+}
+
+impl<'a> Modules<'a> {
+    fn create(device: &'a Device, program: &Program) -> Result<Self> {
+        let mut modules = Self { device, raw: Vec::new() };
+        for stage in program.stages {
+            let code = util::read_spv(&mut Cursor::new(stage.spirv))
+                .map_err(|e| Error::new(format!("SPIR-V of {} is damaged: {e}", program.name)))?;
+            let info = vk::ShaderModuleCreateInfo::default().code(&code);
+            // SAFETY: the SPIR-V comes from our own build.
+            let module =
+                unsafe { device.raw.create_shader_module(&info, None) }.map_err(failed("creating a shader module"))?;
+            device.name(module, program.name);
+            modules.raw.push((stage.stage, module));
+        }
+        Ok(modules)
+    }
+
+    fn stages<'b>(&'b self, constants: &'b vk::SpecializationInfo<'b>) -> Vec<vk::PipelineShaderStageCreateInfo<'b>> {
+        let stage = |&(stage, module): &(vk::ShaderStageFlags, vk::ShaderModule)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage)
+                .module(module)
+                .name(c"main")
+                .specialization_info(constants)
+        };
+        self.raw.iter().map(stage).collect()
+    }
+}
+
+impl Drop for Modules<'_> {
+    fn drop(&mut self) {
+        for &(_, module) in &self.raw {
+            // SAFETY: modules are not needed once their pipeline exists.
+            unsafe { self.device.raw.destroy_shader_module(module, None) };
+        }
+    }
+}
+
+impl Pipeline {
+    /// Layouts first, then the pipeline in place.
+    fn with_layouts(device: &Arc<Device>, program: &'static Program) -> Result<Self> {
+        let mut pipeline = Self {
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layouts: Vec::new(),
+            program,
+            device: device.clone(),
+        };
+        let set_count = program.slots.iter().map(|s| s.set + 1).max().unwrap_or(0);
+        for set in 0..set_count {
+            let bindings: Vec<_> = program
+                .slots
+                .iter()
+                .filter(|s| s.set == set)
+                .map(|s| {
+                    vk::DescriptorSetLayoutBinding::default()
+                        .binding(s.binding)
+                        .descriptor_type(s.kind.descriptor_type())
+                        .descriptor_count(1)
+                        .stage_flags(s.stages)
+                })
+                .collect();
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            // SAFETY: `bindings` lives through the call.
+            let layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
+                .map_err(failed("creating a descriptor set layout"))?;
+            pipeline.set_layouts.push(layout);
+        }
+        let all_stages = program.stages.iter().fold(vk::ShaderStageFlags::empty(), |s, stage| s | stage.stage);
+        let push = [vk::PushConstantRange::default().stage_flags(all_stages).size(program.push_bytes)];
+        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&pipeline.set_layouts);
+        if program.push_bytes > 0 {
+            info = info.push_constant_ranges(&push);
+        }
+        // SAFETY: set layouts are alive.
+        let layout = unsafe { device.raw.create_pipeline_layout(&info, None) };
+        pipeline.layout = layout.map_err(failed("creating a pipeline layout"))?;
+        Ok(pipeline)
+    }
+
+    /// Makes a compute pipeline.
+    pub fn compute(device: &Arc<Device>, cache: &PipelineCache, desc: &ComputePipeline) -> Result<Self> {
+        let mut pipeline = Self::with_layouts(device, desc.program)?;
+        let modules = Modules::create(device, desc.program)?;
+        let constants = Constants::new(&desc.constants);
+        let specialization = constants.info();
+        let stage = modules.stages(&specialization)[0];
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout);
+        // SAFETY: module, layout and constants live through the call.
+        let raw = unsafe { device.raw.create_compute_pipelines(cache.raw, &[info], None) };
+        pipeline.raw = raw.map_err(|(_, e)| failed(desc.program.name)(e))?[0];
+        device.name(pipeline.raw, desc.program.name);
+        Ok(pipeline)
+    }
+
+    /// Makes a graphics pipeline; viewport, scissor, culling, winding and strides are dynamic.
+    pub fn graphics(device: &Arc<Device>, cache: &PipelineCache, desc: &GraphicsPipeline) -> Result<Self> {
+        let mut pipeline = Self::with_layouts(device, desc.program)?;
+        let modules = Modules::create(device, desc.program)?;
+        let constants = Constants::new(&desc.constants);
+        let specialization = constants.info();
+        let stages = modules.stages(&specialization);
+        let inputs = desc.program.inputs;
+        let buffers: Vec<_> = inputs
+            .iter()
+            .map(|&l| {
+                vk::VertexInputBindingDescription::default().binding(l).stride(ATTRIBUTE_BYTES[l as usize] as u32)
+            })
+            .collect();
+        let attributes: Vec<_> = inputs
+            .iter()
+            .map(|&l| {
+                let format = ATTRIBUTE_FORMATS[l as usize];
+                vk::VertexInputAttributeDescription::default().location(l).binding(l).format(format)
+            })
+            .collect();
+        let input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&buffers)
+            .vertex_attribute_descriptions(&attributes);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+        let samples =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
+        if let Some(state) = desc.depth {
+            depth = depth.depth_test_enable(true).depth_write_enable(state.write).depth_compare_op(state.compare);
+        }
+        let blend: Vec<_> = desc
+            .colors
+            .iter()
+            .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
+            .collect();
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blend);
+        let mut dynamic = vec![
+            vk::DynamicState::VIEWPORT,
+            vk::DynamicState::SCISSOR,
+            vk::DynamicState::CULL_MODE,
+            vk::DynamicState::FRONT_FACE,
+        ];
+        if !inputs.is_empty() {
+            dynamic.push(vk::DynamicState::VERTEX_INPUT_BINDING_STRIDE);
+        }
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(&desc.colors)
+            .depth_attachment_format(desc.depth.map_or(vk::Format::UNDEFINED, |d| d.format));
+        let info = vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(pipeline.layout)
+            .push_next(&mut rendering);
+        // SAFETY: everything `info` points to lives through the call.
+        let raw = unsafe { device.raw.create_graphics_pipelines(cache.raw, &[info], None) };
+        pipeline.raw = raw.map_err(|(_, e)| failed(desc.program.name)(e))?[0];
+        device.name(pipeline.raw, desc.program.name);
+        Ok(pipeline)
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // SAFETY: whoever drops a pipeline has waited for the frames that use it; null handles are ignored.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+            for &layout in &self.set_layouts {
+                self.device.raw.destroy_descriptor_set_layout(layout, None);
+            }
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! The frame as plain data: resources, and nodes that say what they touch and what they do. Nothing here knows a device.
+//!
+//! Passes add nodes; [`hazard`] derives the barriers between them, [`describe`] prints them, `record.rs` turns both into
+//! commands, and [`checker`] proves from the log of those commands that every access was ordered.
+
+use ash::vk;
+
+pub mod access;
+pub mod checker;
+pub mod describe;
+pub mod hazard;
+pub mod log;
+pub mod program;
+
+pub use access::Access;
+use program::Program;
+
+/// A buffer of one graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BufferHandle(pub(crate) u32);
+
+/// An image of one graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ImageHandle(pub(crate) u32);
+
+/// Either kind of resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Resource {
+    /// A buffer.
+    Buffer(BufferHandle),
+    /// An image.
+    Image(ImageHandle),
+}
+
+/// Who owns the memory and what is in it before the first node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lifetime {
+    /// Made for this graph; its contents need not survive, its last access carries over into the next frame.
+    Transient,
+    /// Made and filled before, only read here; images are in `SHADER_READ_ONLY_OPTIMAL`.
+    Static,
+    /// Written by the graph, mapped for the host.
+    ReadBack,
+}
+
+/// Description of a buffer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BufferInfo {
+    /// The words that listings and debug names use.
+    pub name: String,
+    /// Size.
+    pub bytes: u64,
+    /// See [`Lifetime`].
+    pub lifetime: Lifetime,
+}
+
+/// Description of an image: 2-D, one layer, one sample a texel unless said.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImageInfo {
+    /// The words that listings and debug names use.
+    pub name: String,
+    /// Format.
+    pub format: vk::Format,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+    /// Mip levels.
+    pub levels: u32,
+    /// See [`Lifetime`].
+    pub lifetime: Lifetime,
+}
+
+/// Sampler as plain data; made once a distinct value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SamplerState {
+    /// Filter at level 0 and below.
+    pub mag: vk::Filter,
+    /// Filter above level 0.
+    pub min: vk::Filter,
+    /// Between levels.
+    pub mip: vk::SamplerMipmapMode,
+    /// Horizontal and vertical wrapping.
+    pub wrap: [vk::SamplerAddressMode; 2],
+    /// False: level 0 only, still with both filters.
+    pub mipmapped: bool,
+}
+
+/// A shader binding with its declared access.
+#[derive(Debug, Clone, Copy)]
+pub struct Binding {
+    /// Name in the shader.
+    pub name: &'static str,
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding in the set.
+    pub binding: u32,
+    /// What is bound.
+    pub resource: Resource,
+    /// What the shader does with it.
+    pub access: Access,
+    /// For sampled images.
+    pub sampler: Option<SamplerState>,
+}
+
+/// A declared access of a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Declared {
+    /// Binding, attachment or argument, as listings print it.
+    pub name: String,
+    /// What is touched.
+    pub resource: Resource,
+    /// How.
+    pub access: Access,
+    /// The old contents are not wanted: an image may come from `UNDEFINED`.
+    pub fresh: bool,
+}
+
+/// One step of the frame: label, timer, accesses, work.
+#[derive(Debug)]
+pub struct Node {
+    /// `subject_verb`; also the debug label and the timer.
+    pub name: String,
+    /// Everything it touches, in binding order.
+    pub accesses: Vec<Declared>,
+    /// What is recorded.
+    pub work: Work,
+}
+
+/// A graphics pipeline as plain data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GraphicsPipeline {
+    /// Shader stages.
+    pub program: &'static Program,
+    /// Specialization constants, (id, bits).
+    pub constants: Vec<(u32, u32)>,
+    /// Formats of the colour attachments.
+    pub colors: Vec<vk::Format>,
+    /// Format and use of the depth attachment.
+    pub depth: Option<DepthState>,
+}
+
+/// Depth test of a pipeline; depth is reversed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DepthState {
+    /// Attachment format.
+    pub format: vk::Format,
+    /// `GREATER` or `EQUAL`.
+    pub compare: vk::CompareOp,
+    /// Depth is written.
+    pub write: bool,
+}
+
+/// A compute pipeline as plain data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComputePipeline {
+    /// Shader.
+    pub program: &'static Program,
+    /// Specialization constants, (id, bits).
+    pub constants: Vec<(u32, u32)>,
+}
+
+impl PartialEq for Program {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// What a node does.
+#[derive(Debug)]
+pub enum Work {
+    /// Compute over a grid of workgroups.
+    Dispatch {
+        /// Program and constants.
+        pipeline: ComputePipeline,
+        /// All sets.
+        bindings: Vec<Binding>,
+        /// Bytes of the push constants.
+        push: Vec<u8>,
+        /// Workgroups.
+        groups: [u32; 3],
+    },
+    /// Rasterisation into attachments.
+    Render(Render),
+    /// The whole of one buffer into another.
+    CopyBuffer {
+        /// Source.
+        from: BufferHandle,
+        /// Destination, at least as large.
+        to: BufferHandle,
+    },
+    /// Level 0 of an image, tightly packed.
+    CopyImageToBuffer {
+        /// Source.
+        from: ImageHandle,
+        /// Destination.
+        to: BufferHandle,
+    },
+    /// Every word of a buffer.
+    Fill {
+        /// Destination.
+        buffer: BufferHandle,
+        /// Value of each 32-bit word.
+        word: u32,
+    },
+    /// Nothing is recorded but the barriers: the host will read.
+    Host,
+}
+
+/// A rendering scope with its draws.
+#[derive(Debug)]
+pub struct Render {
+    /// Colour attachments.
+    pub colors: Vec<ColorAttachment>,
+    /// Depth attachment.
+    pub depth: Option<DepthAttachment>,
+    /// Pixels.
+    pub extent: [u32; 2],
+    /// Set 0, shared by all pipelines of the scope.
+    pub bindings: Vec<Binding>,
+    /// Set 1 by material; empty where no pipeline of the scope has a set 1.
+    pub material_bindings: Vec<Vec<Binding>>,
+    /// Pipelines that draws refer to.
+    pub pipelines: Vec<GraphicsPipeline>,
+    /// In order.
+    pub draws: Vec<Draw>,
+    /// One buffer holds every attribute of every mesh.
+    pub vertices: Option<BufferHandle>,
+    /// 32-bit indices of every mesh.
+    pub indices: Option<BufferHandle>,
+}
+
+/// A colour attachment, cleared at the start.
+#[derive(Debug, Clone, Copy)]
+pub struct ColorAttachment {
+    /// Target.
+    pub image: ImageHandle,
+    /// RGBA.
+    pub clear: [f32; 4],
+}
+
+/// The depth attachment.
+#[derive(Debug, Clone, Copy)]
+pub struct DepthAttachment {
+    /// Target.
+    pub image: ImageHandle,
+    /// Cleared to this at the start; `None`: loaded and only tested.
+    pub clear: Option<f32>,
+}
+
+/// One draw call.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Draw {
+    /// Index into [`Render::pipelines`].
+    pub pipeline: usize,
+    /// Index into [`Render::material_bindings`].
+    pub material: Option<usize>,
+    /// Mesh data, or `None` for a triangle that covers the image without any buffer.
+    pub mesh: Option<MeshRange>,
+    /// First instance.
+    pub instance_offset: u32,
+    /// Instances.
+    pub instance_count: u32,
+    /// Winding is turned round (mirrored instance).
+    pub mirrored: bool,
+    /// Back faces are drawn too.
+    pub double_sided: bool,
+}
+
+/// Where a mesh lies in the shared buffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MeshRange {
+    /// Byte offset of each attribute stream by location; `None`: one default element for all vertices.
+    pub streams: [Option<u64>; 6],
+    /// First index.
+    pub index_offset: u32,
+    /// Indices.
+    pub index_count: u32,
+}
+
+/// Resources and nodes of one frame.
+#[derive(Debug, Default)]
+pub struct Graph {
+    /// By [`BufferHandle`].
+    pub buffers: Vec<BufferInfo>,
+    /// By [`ImageHandle`].
+    pub images: Vec<ImageInfo>,
+    /// In execution order.
+    pub nodes: Vec<Node>,
+    /// Nodes before this index make the frame that is timed and repeated; later ones read its results back once.
+    pub frame_nodes: Option<usize>,
+}
+
+impl Graph {
+    /// An empty graph.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Declares a buffer.
+    pub fn buffer(&mut self, name: &str, bytes: u64, lifetime: Lifetime) -> BufferHandle {
+        self.buffers.push(BufferInfo { name: name.into(), bytes, lifetime });
+        BufferHandle(self.buffers.len() as u32 - 1)
+    }
+
+    /// Declares an image of one level.
+    pub fn image(&mut self, name: &str, format: vk::Format, size: [u32; 2], lifetime: Lifetime) -> ImageHandle {
+        let [width, height] = size;
+        self.images.push(ImageInfo { name: name.into(), format, width, height, levels: 1, lifetime });
+        ImageHandle(self.images.len() as u32 - 1)
+    }
+
+    /// Declares an image of any kind.
+    pub fn add_image(&mut self, info: ImageInfo) -> ImageHandle {
+        self.images.push(info);
+        ImageHandle(self.images.len() as u32 - 1)
+    }
+
+    /// Adds a node whose accesses are those of its work.
+    pub fn add(&mut self, name: &str, work: Work) {
+        let accesses = accesses_of(self, &work);
+        self.nodes.push(Node { name: name.into(), accesses, work });
+    }
+
+    /// Adds the node that hands read-back buffers to the host.
+    pub fn host_read(&mut self, buffers: &[BufferHandle]) {
+        let accesses = buffers.iter().map(|&b| self.declare("host", Resource::Buffer(b), Access::HostRead, false));
+        let accesses = accesses.collect();
+        self.nodes.push(Node { name: "host_read".into(), accesses, work: Work::Host });
+    }
+
+    /// Ends the part that is timed and repeated.
+    pub fn end_frame(&mut self) {
+        self.frame_nodes = Some(self.nodes.len());
+    }
+
+    /// Number of nodes in the timed part.
+    pub fn frame_len(&self) -> usize {
+        self.frame_nodes.unwrap_or(self.nodes.len())
+    }
+
+    /// Description of a buffer.
+    pub fn buffer_info(&self, handle: BufferHandle) -> &BufferInfo {
+        &self.buffers[handle.0 as usize]
+    }
+
+    /// Description of an image.
+    pub fn image_info(&self, handle: ImageHandle) -> &ImageInfo {
+        &self.images[handle.0 as usize]
+    }
+
+    /// Name of either kind.
+    pub fn name_of(&self, resource: Resource) -> &str {
+        match resource {
+            Resource::Buffer(b) => &self.buffer_info(b).name,
+            Resource::Image(i) => &self.image_info(i).name,
+        }
+    }
+
+    fn declare(&self, name: &str, resource: Resource, access: Access, fresh: bool) -> Declared {
+        Declared { name: name.into(), resource, access, fresh }
+    }
+}
+
+/// Accesses follow from typed bindings and attachments; nobody writes them twice.
+fn accesses_of(graph: &Graph, work: &Work) -> Vec<Declared> {
+    let of_binding = |b: &Binding| graph.declare(b.name, b.resource, b.access, false);
+    match work {
+        Work::Dispatch { bindings, .. } => bindings.iter().map(of_binding).collect(),
+        Work::Render(render) => {
+            let mut list: Vec<_> = render.bindings.iter().map(of_binding).collect();
+            for binding in render.material_bindings.iter().flatten() {
+                let declared = of_binding(binding);
+                if !list.iter().any(|d| d.resource == declared.resource && d.access == declared.access) {
+                    list.push(declared);
+                }
+            }
+            let buffers =
+                [("vertices", render.vertices, Access::VertexAttribute), ("indices", render.indices, Access::Index)];
+            for (name, buffer, access) in buffers {
+                list.extend(buffer.map(|b| graph.declare(name, Resource::Buffer(b), access, false)));
+            }
+            for color in &render.colors {
+                list.push(graph.declare("color", Resource::Image(color.image), Access::ColorAttachmentWrite, true));
+            }
+            if let Some(depth) = &render.depth {
+                let access =
+                    if depth.clear.is_some() { Access::DepthAttachmentWrite } else { Access::DepthAttachmentRead };
+                list.push(graph.declare("depth", Resource::Image(depth.image), access, depth.clear.is_some()));
+            }
+            list
+        }
+        Work::CopyBuffer { from, to } => vec![
+            graph.declare("from", Resource::Buffer(*from), Access::TransferRead, false),
+            graph.declare("to", Resource::Buffer(*to), Access::TransferWrite, true),
+        ],
+        Work::CopyImageToBuffer { from, to } => vec![
+            graph.declare("from", Resource::Image(*from), Access::TransferRead, false),
+            graph.declare("to", Resource::Buffer(*to), Access::TransferWrite, true),
+        ],
+        Work::Fill { buffer, .. } => {
+            vec![graph.declare("buffer", Resource::Buffer(*buffer), Access::ClearWrite, true)]
+        }
+        Work::Host => Vec::new(),
+    }
+}

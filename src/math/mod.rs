@@ -1,0 +1,2 @@
+//! Small mathematics that no crate has.
+pub mod random;

@@ -1,0 +1,9 @@
+//! Results: pictures, times, metrics, files and reports. Knows nothing upstream.
+
+pub mod exposure;
+pub mod file;
+pub mod metrics;
+pub mod picture;
+pub mod read;
+pub mod times;
+pub mod views;

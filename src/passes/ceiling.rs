@@ -1,0 +1,65 @@
+//! Ceiling: a full-screen loop over all lights on a made-up surface. No geometry, no depth: what is left is the time of shading,
+//! against which techniques are measured (`bench ceiling`).
+//!
+//! Reads: frame, lights. Writes: radiance (RGBA32F). Limits: as `forward`. CPU twin: `reference/shade.rs`.
+
+use super::forward::light_constants;
+use super::{Frame, RADIANCE_FORMAT, SceneHandles, read_back};
+use crate::graph::access::{FragmentStorageRead, FragmentTexel, FragmentUniform};
+use crate::graph::{ColorAttachment, Draw, Graph, GraphicsPipeline, Lifetime, Render, Work};
+use crate::plan::Plan;
+use crate::shaders::shade::ceiling;
+
+/// The frame that does nothing else.
+pub fn frame(plan: &Plan) -> Frame {
+    let mut graph = Graph::new();
+    let scene = SceneHandles::declare(&mut graph, plan);
+    let extent = [plan.view.width, plan.view.height];
+    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let set = ceiling::Bindings {
+        frame: FragmentUniform(scene.frame),
+        lights_storage: FragmentStorageRead(scene.lights),
+        lights_uniform: FragmentUniform(scene.lights),
+        lights_texel: FragmentTexel(scene.lights),
+    };
+    let constants = light_constants(plan);
+    let spec = ceiling::Spec {
+        LIGHT_FETCH: constants.fetch,
+        LIGHT_KINDS: constants.kinds,
+        LIGHT_TEXELS: constants.texels,
+        LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
+        LIGHT_SKIP: true,
+        INVERSE_SQUARE: constants.inverse_square,
+        SHADING: constants.shading,
+    };
+    let pipeline = GraphicsPipeline {
+        program: &ceiling::PROGRAM,
+        constants: spec.values(),
+        colors: vec![RADIANCE_FORMAT],
+        depth: None,
+    };
+    let draw = Draw {
+        pipeline: 0,
+        material: None,
+        mesh: None,
+        instance_offset: 0,
+        instance_count: 1,
+        mirrored: false,
+        double_sided: true,
+    };
+    let render = Render {
+        colors: vec![ColorAttachment { image: radiance, clear: [0.0; 4] }],
+        depth: None,
+        extent,
+        bindings: set.list(),
+        material_bindings: Vec::new(),
+        pipelines: vec![pipeline],
+        draws: vec![draw],
+        vertices: None,
+        indices: None,
+    };
+    graph.add("ceiling", Work::Render(render));
+    graph.end_frame();
+    let results = read_back::add(&mut graph, &[("radiance", radiance)]);
+    Frame { graph, scene, results }
+}

@@ -1,0 +1,129 @@
+//! Forward shading: every fragment loops over all lights. The definition of the picture.
+//!
+//! Reads: frame, instances, materials, lights (by the planned fetch), material textures, vertices, indices; depth of the
+//! pre-pass, where there is one (tested for equality, not written).
+//! Writes: radiance (RGBA32F, scene-linear; alpha 1 where a surface is), and depth without a pre-pass.
+//! Limits: lights as the plan's fetch allows; past them the plan takes another fetch or refuses. CPU twin: `reference/shade.rs`.
+
+use super::depth_prepass::COMPARE;
+use super::resources::{draw, variants};
+use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
+use crate::graph::access::{FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsUniform, VertexStorageRead};
+use crate::graph::{
+    Binding, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+};
+use crate::plan::materials::Variant;
+use crate::plan::{Fetch, Plan};
+use crate::scene::lighting::Attenuation;
+use crate::scene::shading::Shading;
+use crate::shaders::shade::forward;
+use crate::shared;
+
+/// What the pass leaves.
+pub struct Io {
+    /// Scene-linear RGBA32F.
+    pub radiance: ImageHandle,
+    /// D32F, reversed.
+    pub depth: ImageHandle,
+}
+
+/// Adds the pass; `prepass` is the depth that is there already.
+pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<ImageHandle>) -> Io {
+    let extent = [plan.view.width, plan.view.height];
+    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let (distinct, of_draw) = variants(plan, |v| v);
+    let draws = plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect();
+    let render = Render {
+        colors: vec![ColorAttachment { image: radiance, clear: [0.0; 4] }],
+        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
+        extent,
+        bindings: bindings(scene),
+        material_bindings: scene.material_bindings.clone(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, v, prepass.is_some())).collect(),
+        draws,
+        vertices: Some(scene.vertices),
+        indices: Some(scene.indices),
+    };
+    graph.add("forward", Work::Render(render));
+    Io { radiance, depth }
+}
+
+fn bindings(scene: &SceneHandles) -> Vec<Binding> {
+    let set = forward::Bindings {
+        frame: GraphicsUniform(scene.frame),
+        instances: VertexStorageRead(scene.instances),
+        materials: FragmentStorageRead(scene.materials),
+        lights_storage: FragmentStorageRead(scene.lights),
+        lights_uniform: FragmentUniform(scene.lights),
+        lights_texel: FragmentTexel(scene.lights),
+    };
+    set.list()
+}
+
+fn shading_constant(shading: Shading) -> u32 {
+    match shading {
+        Shading::Lambert => shared::SHADING_LAMBERT,
+        Shading::Phong => shared::SHADING_PHONG,
+        Shading::Gltf => shared::SHADING_GLTF,
+    }
+}
+
+/// Depth state of a pass that shades, after a pre-pass or without one.
+pub fn depth_state(after_prepass: bool) -> DepthState {
+    if after_prepass {
+        DepthState { format: DEPTH_FORMAT, compare: ash::vk::CompareOp::EQUAL, write: false }
+    } else {
+        DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }
+    }
+}
+
+/// Values of the constants that every light loop shares.
+pub struct LightConstants {
+    /// LIGHT_FETCH.
+    pub fetch: u32,
+    /// LIGHT_KINDS.
+    pub kinds: u32,
+    /// LIGHT_TEXELS.
+    pub texels: u32,
+    /// LIGHT_UNIFORM_TEXELS: exact, so that the block is as large as its buffer.
+    pub uniform_texels: u32,
+    /// INVERSE_SQUARE.
+    pub inverse_square: bool,
+    /// SHADING.
+    pub shading: u32,
+}
+
+/// The plan's light constants.
+pub fn light_constants(plan: &Plan) -> LightConstants {
+    let lights = &plan.lights;
+    LightConstants {
+        fetch: lights.fetch.constant(),
+        kinds: lights.kinds,
+        texels: lights.texels_each,
+        uniform_texels: if lights.fetch == Fetch::Uniform { lights.texels.len().max(1) as u32 } else { 1 },
+        inverse_square: plan.lighting.attenuation == Attenuation::PHYSICAL,
+        shading: shading_constant(plan.shading),
+    }
+}
+
+fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipeline {
+    let constants = light_constants(plan);
+    let spec = forward::Spec {
+        LIGHT_FETCH: constants.fetch,
+        LIGHT_KINDS: constants.kinds,
+        LIGHT_TEXELS: constants.texels,
+        LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
+        LIGHT_SKIP: true,
+        INVERSE_SQUARE: constants.inverse_square,
+        SHADING: constants.shading,
+        TEXTURES: variant.textures,
+        ALPHA_MASK: variant.masked,
+    };
+    GraphicsPipeline {
+        program: &forward::PROGRAM,
+        constants: spec.values(),
+        colors: vec![RADIANCE_FORMAT],
+        depth: Some(depth_state(after_prepass)),
+    }
+}

@@ -1,0 +1,29 @@
+//! Read-back: copies finished images into mapped buffers and hands them to the host. Runs once, after the timed frames.
+//!
+//! Reads: any image. Writes: one tightly packed buffer an image. Limits: the plan checks the largest buffer beforehand.
+//! CPU twin: none, it moves bytes.
+
+use crate::graph::{BufferHandle, Graph, ImageHandle, Lifetime, Work};
+
+/// Bytes of a texel of the formats that are read back.
+fn texel_bytes(format: ash::vk::Format) -> u64 {
+    match format {
+        ash::vk::Format::R32G32B32A32_SFLOAT => 16,
+        _ => 4,
+    }
+}
+
+/// Adds a copy for each layer and the node that hands all of them over; the buffers by layer name.
+pub fn add(graph: &mut Graph, layers: &[(&'static str, ImageHandle)]) -> Vec<(&'static str, BufferHandle)> {
+    let mut results = Vec::with_capacity(layers.len());
+    for &(name, image) in layers {
+        let info = graph.image_info(image);
+        let bytes = u64::from(info.width) * u64::from(info.height) * texel_bytes(info.format);
+        let buffer = graph.buffer(&format!("{name} (host)"), bytes, Lifetime::ReadBack);
+        graph.add(&format!("read_{name}"), Work::CopyImageToBuffer { from: image, to: buffer });
+        results.push((name, buffer));
+    }
+    let buffers: Vec<_> = results.iter().map(|r| r.1).collect();
+    graph.host_read(&buffers);
+    results
+}

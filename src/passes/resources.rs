@@ -1,0 +1,137 @@
+//! Static resources of a scene, declared in a graph: buffers, textures, and the descriptor bindings of every material.
+
+use ash::vk;
+
+use crate::graph::access::FragmentSampled;
+use crate::graph::{Binding, BufferHandle, Draw, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState};
+use crate::plan::Plan;
+use crate::plan::geometry::PlannedDraw;
+use crate::plan::materials::{Map, Variant, level_count};
+use crate::scene::{Sampler, Wrap};
+use crate::shaders::shade::forward;
+use crate::shared::{Frame, InstanceData, MaterialData};
+
+/// Handles of everything that is filled before the first frame.
+pub struct SceneHandles {
+    /// One `Frame`.
+    pub frame: BufferHandle,
+    /// Array of `InstanceData`.
+    pub instances: BufferHandle,
+    /// Array of `MaterialData`.
+    pub materials: BufferHandle,
+    /// Light texels.
+    pub lights: BufferHandle,
+    /// Attribute streams.
+    pub vertices: BufferHandle,
+    /// u32 indices.
+    pub indices: BufferHandle,
+    /// By index into the plan's textures; last a white texel for maps that a material lacks.
+    pub textures: Vec<ImageHandle>,
+    /// Set 1 by material.
+    pub material_bindings: Vec<Vec<Binding>>,
+}
+
+fn wrap(mode: Wrap) -> vk::SamplerAddressMode {
+    match mode {
+        Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
+        Wrap::MirroredRepeat => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        Wrap::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    }
+}
+
+fn sampler_state(sampler: Sampler) -> SamplerState {
+    let filter = |linear| if linear { vk::Filter::LINEAR } else { vk::Filter::NEAREST };
+    SamplerState {
+        mag: filter(sampler.mag_linear),
+        min: filter(sampler.min_linear),
+        mip: if sampler.mip_linear { vk::SamplerMipmapMode::LINEAR } else { vk::SamplerMipmapMode::NEAREST },
+        wrap: [wrap(sampler.wrap_u), wrap(sampler.wrap_v)],
+        mipmapped: sampler.mipmapped,
+    }
+}
+
+fn bytes_of<T>(count: usize) -> u64 {
+    (count.max(1) * size_of::<T>()) as u64
+}
+
+impl SceneHandles {
+    /// Declares the plan's static resources.
+    pub fn declare(graph: &mut Graph, plan: &Plan) -> Self {
+        let (geometry, materials) = (&plan.geometry, &plan.materials);
+        let fixed = Lifetime::Static;
+        let mut textures = Vec::new();
+        for (index, &(key, [width, height], mipmapped)) in materials.textures.iter().enumerate() {
+            let format = if key.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
+            let levels = if mipmapped { level_count([width, height]) } else { 1 };
+            textures.push(graph.add_image(ImageInfo {
+                name: format!("texture {index}"),
+                format,
+                width,
+                height,
+                levels,
+                lifetime: fixed,
+            }));
+        }
+        textures.push(graph.image("white texel", vk::Format::R8G8B8A8_UNORM, [1, 1], fixed));
+        let material_bindings = materials.maps.iter().map(|maps| bindings(maps, &textures)).collect();
+        Self {
+            frame: graph.buffer("frame", size_of::<Frame>() as u64, fixed),
+            instances: graph.buffer("instances", bytes_of::<InstanceData>(geometry.instances.len()), fixed),
+            materials: graph.buffer("materials", bytes_of::<MaterialData>(materials.data.len()), fixed),
+            lights: graph.buffer("lights", plan.lights.bytes().max(16), fixed),
+            vertices: graph.buffer("vertices", geometry.vertex_bytes, fixed),
+            indices: graph.buffer("indices", (geometry.index_count * 4).max(4), fixed),
+            textures,
+            material_bindings,
+        }
+    }
+}
+
+fn bindings(maps: &[Option<Map>; 5], textures: &[ImageHandle]) -> Vec<Binding> {
+    let white = textures[textures.len() - 1];
+    let of = |map: Option<Map>| match map {
+        Some(map) => FragmentSampled(textures[map.texture], sampler_state(map.sampler)),
+        None => FragmentSampled(white, sampler_state(Sampler::default())),
+    };
+    let set = forward::Bindings1 {
+        base_color_map: of(maps[0]),
+        metallic_roughness_map: of(maps[1]),
+        normal_map: of(maps[2]),
+        occlusion_map: of(maps[3]),
+        emissive_map: of(maps[4]),
+    };
+    set.list()
+}
+
+/// Distinct variants of the plan's draws under `simplify`, and each draw's index among them.
+pub fn variants(plan: &Plan, simplify: impl Fn(Variant) -> Variant) -> (Vec<Variant>, Vec<usize>) {
+    let mut distinct = Vec::new();
+    let of_draw = plan
+        .geometry
+        .draws
+        .iter()
+        .map(|draw| {
+            let variant = simplify(draw.variant);
+            distinct.iter().position(|v| *v == variant).unwrap_or_else(|| {
+                distinct.push(variant);
+                distinct.len() - 1
+            })
+        })
+        .collect();
+    (distinct, of_draw)
+}
+
+/// A planned draw as a command.
+pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
+    let place = &plan.geometry.places[planned.place];
+    let mesh = MeshRange { streams: place.streams, index_offset: place.index_offset, index_count: place.index_count };
+    Draw {
+        pipeline,
+        material: Some(planned.material),
+        mesh: Some(mesh),
+        instance_offset: planned.instance_offset,
+        instance_count: planned.instance_count,
+        mirrored: planned.mirrored,
+        double_sided: planned.double_sided,
+    }
+}

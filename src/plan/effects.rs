@@ -1,0 +1,84 @@
+//! Every effect with the decision whether it runs, the number that decided, and what it costs.
+
+use serde::Serialize;
+
+use super::materials::NORMAL_MAP;
+use super::{Plan, Request, Technique};
+use crate::scene::{AlphaMode, Scene};
+
+/// One effect and its decision.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Effect {
+    /// As the JSON names it.
+    pub name: &'static str,
+    /// In this frame or not.
+    pub runs: bool,
+    /// With the number that decided.
+    pub why: String,
+    /// Device memory it takes, or would have taken.
+    pub bytes: u64,
+}
+
+fn effect(name: &'static str, runs: bool, why: String, bytes: u64) -> Effect {
+    Effect { name, runs, why, bytes }
+}
+
+pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effect> {
+    let on_device = plan.technique != Technique::Reference;
+    vec![
+        prepass(plan, request),
+        lights(plan),
+        normal_maps(plan, scene, on_device),
+        alpha_mask(scene),
+        transparency(scene),
+    ]
+}
+
+fn prepass(plan: &Plan, request: &Request) -> Effect {
+    let bytes = plan.pixels() * super::DEPTH_BYTES;
+    let why = if plan.prepass {
+        format!("{} draws: each pixel is shaded once", plan.geometry.draws.len())
+    } else if !request.prepass {
+        "--prepass off".into()
+    } else if plan.geometry.draws.is_empty() {
+        "nothing is drawn".into()
+    } else {
+        format!("{} traces rays", plan.technique.name())
+    };
+    effect("prepass", plan.prepass, why, bytes)
+}
+
+fn lights(plan: &Plan) -> Effect {
+    let count = plan.lights.count;
+    let why = match count {
+        0 => "no light reaches anything".to_string(),
+        _ => format!(
+            "{count} lights, {} bytes each, read by {} ({})",
+            plan.lights.texels_each * 16,
+            plan.lights.fetch.name(),
+            plan.lights.fetch_why
+        ),
+    };
+    effect("lights", count > 0, why, plan.lights.bytes())
+}
+
+fn normal_maps(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {
+    let count = plan.materials.variants.iter().filter(|v| v.textures & NORMAL_MAP != 0).count();
+    let tangents: usize = scene.meshes.iter().map(|m| m.tangents.len() * 16).sum();
+    let why = format!("{count} of {} materials have a normal map", scene.materials.len());
+    effect("normal_maps", count > 0 && on_device, why, tangents as u64)
+}
+
+fn alpha_mask(scene: &Scene) -> Effect {
+    let count = scene.materials.iter().filter(|m| matches!(m.alpha, AlphaMode::Mask(_))).count();
+    effect("alpha_mask", count > 0, format!("{count} of {} materials are masked", scene.materials.len()), 0)
+}
+
+fn transparency(scene: &Scene) -> Effect {
+    let count = scene.materials.iter().filter(|m| m.alpha == AlphaMode::Blend).count();
+    let why = match count {
+        0 => "no material is blended".to_string(),
+        _ => format!("{count} blended materials are drawn opaque: the effect is not built yet"),
+    };
+    effect("transparency", false, why, 0)
+}

@@ -1,0 +1,48 @@
+//! What a device can do, as plain numbers.
+
+use serde::Serialize;
+
+/// Limits that plans are checked against.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Limits {
+    /// `maxImageDimension2D`.
+    pub max_image_dimension: u32,
+    /// `maxBufferSize`.
+    pub max_buffer_bytes: u64,
+    /// `maxStorageBufferRange`.
+    pub max_storage_bytes: u64,
+    /// `maxUniformBufferRange`.
+    pub max_uniform_bytes: u64,
+    /// `maxTexelBufferElements`.
+    pub max_texel_elements: u64,
+    /// `maxColorAttachments`.
+    pub max_color_attachments: u32,
+    /// `maxPerStageDescriptorStorageBuffers`.
+    pub max_stage_storage_buffers: u32,
+}
+
+impl Limits {
+    /// What the specification guarantees ("Required Limits", Vulkan 1.3), with the 128 MiB storage binding of the baseline.
+    pub const MINIMUM: Self = Self {
+        max_image_dimension: 4096,
+        max_buffer_bytes: 1 << 30,
+        max_storage_bytes: 128 << 20,
+        max_uniform_bytes: 16384,
+        max_texel_elements: 65536,
+        max_color_attachments: 4,
+        max_stage_storage_buffers: 4,
+    };
+}
+
+impl Limits {
+    /// For the CPU reference, which no device limits.
+    pub const UNLIMITED: Self = Self {
+        max_image_dimension: 65536,
+        max_buffer_bytes: 1 << 40,
+        max_storage_bytes: 1 << 40,
+        max_uniform_bytes: 0,
+        max_texel_elements: 0,
+        max_color_attachments: 0,
+        max_stage_storage_buffers: 0,
+    };
+}

@@ -1,0 +1,158 @@
+//! Materials in device form and the textures they need, each (image, encoding) once.
+
+use super::Limits;
+use crate::error::{Error, Result};
+use crate::scene::{AlphaMode, IDENTITY_UV, Material, Sampler, Scene, Texture};
+use crate::shared::{self, MaterialData};
+
+/// A texture on the device: an image in one encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct TextureKey {
+    /// Index into [`Scene::images`].
+    pub image: usize,
+    /// Decoded from sRGB by the sampler.
+    pub srgb: bool,
+}
+
+/// One map of a material: which texture, how sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Map {
+    /// Index into [`Materials::textures`].
+    pub texture: usize,
+    /// Filtering and wrapping.
+    pub sampler: Sampler,
+}
+
+/// What a pipeline is specialised for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Variant {
+    /// Alpha is tested.
+    pub masked: bool,
+    /// Bits `TEXTURE_*`.
+    pub textures: u32,
+}
+
+/// All materials of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Materials {
+    /// By material.
+    pub data: Vec<MaterialData>,
+    /// Maps by material, in the order of the `TEXTURE_*` bits.
+    pub maps: Vec<[Option<Map>; 5]>,
+    /// By material.
+    pub variants: Vec<Variant>,
+    /// By material.
+    pub double_sided: Vec<bool>,
+    /// Distinct textures with their size and whether any sampler wants their mip levels.
+    pub textures: Vec<(TextureKey, [u32; 2], bool)>,
+}
+
+/// Maps that hold colours are decoded from sRGB.
+const SRGB: [bool; 5] = [true, false, false, false, true];
+
+fn maps_of(material: &Material) -> [Option<&Texture>; 5] {
+    [
+        material.base_color_texture.as_ref(),
+        material.metallic_roughness_texture.as_ref(),
+        material.normal_texture.as_ref(),
+        material.occlusion_texture.as_ref(),
+        material.emissive_texture.as_ref(),
+    ]
+}
+
+/// Levels of a full mip chain.
+pub fn level_count(size: [u32; 2]) -> u32 {
+    32 - size[0].max(size[1]).max(1).leading_zeros()
+}
+
+impl Materials {
+    /// Collects materials and textures.
+    ///
+    /// # Errors
+    /// An image larger than the device's largest, named.
+    pub fn new(scene: &Scene, limits: &Limits) -> Result<Self> {
+        let mut materials = Self::default();
+        for material in &scene.materials {
+            materials.add(scene, material, limits)?;
+        }
+        Ok(materials)
+    }
+
+    fn add(&mut self, scene: &Scene, material: &Material, limits: &Limits) -> Result<()> {
+        let wanted = maps_of(material);
+        let mut maps = [None; 5];
+        let (mut bits, mut uv_sets) = (0, 0);
+        let mut rows = [IDENTITY_UV; 5];
+        for (index, texture) in wanted.iter().enumerate() {
+            let Some(texture) = texture else { continue };
+            let key = TextureKey { image: texture.image, srgb: SRGB[index] };
+            maps[index] =
+                Some(Map { texture: self.texture(scene, key, texture.sampler, limits)?, sampler: texture.sampler });
+            bits |= 1 << index;
+            uv_sets |= u32::from(texture.uv_set == 1) << index;
+            rows[index] = texture.uv_transform;
+        }
+        let masked = matches!(material.alpha, AlphaMode::Mask(_));
+        self.data.push(MaterialData {
+            base_color: material.base_color,
+            emissive: material.emissive,
+            metallic: material.metallic,
+            roughness: material.roughness,
+            normal_scale: material.normal_scale,
+            occlusion_strength: material.occlusion_strength,
+            alpha_cutoff: if let AlphaMode::Mask(cutoff) = material.alpha { cutoff } else { -1.0 },
+            textures: bits,
+            uv_sets,
+            unlit: u32::from(material.unlit),
+            uv_base_color_u: rows[0][0],
+            uv_base_color_v: rows[0][1],
+            uv_metallic_roughness_u: rows[1][0],
+            uv_metallic_roughness_v: rows[1][1],
+            uv_normal_u: rows[2][0],
+            uv_normal_v: rows[2][1],
+            uv_occlusion_u: rows[3][0],
+            uv_occlusion_v: rows[3][1],
+            uv_emissive_u: rows[4][0],
+            uv_emissive_v: rows[4][1],
+        });
+        self.maps.push(maps);
+        self.variants.push(Variant { masked, textures: bits });
+        self.double_sided.push(material.double_sided);
+        Ok(())
+    }
+
+    fn texture(&mut self, scene: &Scene, key: TextureKey, sampler: Sampler, limits: &Limits) -> Result<usize> {
+        let image = &scene.images[key.image];
+        let (size, most) = ([image.width, image.height], limits.max_image_dimension);
+        if size[0].max(size[1]) > most {
+            return Err(Error::new(format!(
+                "{}: image {} ({}) is {}x{}, this device's largest is {most}x{most}",
+                scene.name, key.image, image.name, size[0], size[1]
+            )));
+        }
+        let index = self.textures.iter().position(|t| t.0 == key).unwrap_or_else(|| {
+            self.textures.push((key, size, false));
+            self.textures.len() - 1
+        });
+        self.textures[index].2 |= sampler.mipmapped;
+        Ok(index)
+    }
+
+    /// Bytes of constants and texels, mip levels included.
+    pub fn bytes(&self) -> u64 {
+        let texels = |&(_, [w, h], mipmapped): &(TextureKey, [u32; 2], bool)| {
+            let levels = if mipmapped { level_count([w, h]) } else { 1 };
+            (0..levels).map(|l| u64::from((w >> l).max(1)) * u64::from((h >> l).max(1))).sum::<u64>()
+        };
+        let constants = (self.data.len() * size_of::<MaterialData>()) as u64;
+        constants + self.textures.iter().map(texels).sum::<u64>() * 4
+    }
+
+    /// True where any material has the map.
+    pub fn any(&self, bit: u32) -> bool {
+        self.variants.iter().any(|v| v.textures & bit != 0)
+    }
+}
+
+/// Bit of the normal map.
+pub const NORMAL_MAP: u32 = shared::TEXTURE_NORMAL;

@@ -1,0 +1,141 @@
+//! What will run, decided before any Vulkan object exists: a pure function of scene, request and limits.
+
+mod effects;
+pub mod geometry;
+pub mod lights;
+mod limits;
+pub mod materials;
+mod request;
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::scene::lighting::Lighting;
+use crate::scene::shading::Shading;
+use crate::scene::view::View;
+
+pub use effects::Effect;
+pub use geometry::Geometry;
+pub use lights::{Fetch, LightTable};
+pub use limits::Limits;
+pub use request::{CameraChoice, DebugView, FetchChoice, Request, Technique};
+
+/// Bytes of one RGBA32F texel.
+const RADIANCE_BYTES: u64 = 16;
+/// Bytes of one D32F texel.
+const DEPTH_BYTES: u64 = 4;
+
+/// Everything a frame consists of, with the numbers that decided it.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Never `Auto`.
+    pub technique: Technique,
+    /// Why this technique.
+    pub technique_why: String,
+    /// BRDF of every lit surface.
+    pub shading: Shading,
+    /// Camera and picture size.
+    pub view: View,
+    /// A depth pass runs before shading.
+    pub prepass: bool,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Lights in device form.
+    pub lights: LightTable,
+    /// Draws, and where meshes lie in the shared buffers.
+    pub geometry: Geometry,
+    /// Textures and material constants.
+    pub materials: materials::Materials,
+    /// Every effect there is, running or not, and why.
+    pub effects: Vec<Effect>,
+    /// What is drawn instead of radiance.
+    pub debug_view: Option<DebugView>,
+    /// Sentences for the user: what was chosen for them.
+    pub notes: Vec<String>,
+    /// Lights as shading sees them, f64.
+    pub lighting: Lighting,
+}
+
+impl Plan {
+    /// Plans a picture of `scene` as `request` asks for on a device with `limits`.
+    ///
+    /// # Errors
+    /// A request that cannot be met, in one sentence; nothing has been allocated then.
+    pub fn new(scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
+        check_size(request, limits)?;
+        let mut notes = Vec::new();
+        let camera = request.camera(scene, &mut notes)?;
+        let view = View::new(&camera, request.width, request.height)?;
+        let lighting = Lighting::new(scene, &request.rules)?;
+        note_lighting(&lighting, &mut notes);
+        let (technique, technique_why) = request.technique_or_default();
+        let lights = LightTable::new(&lighting, &view, request.fetch, limits)?;
+        let materials = materials::Materials::new(scene, limits)?;
+        let geometry = Geometry::new(scene, &view, &materials, limits)?;
+        let prepass = technique == Technique::Forward && request.prepass && !geometry.draws.is_empty();
+        let mut plan = Self {
+            technique,
+            technique_why,
+            shading: request.shading,
+            view,
+            prepass,
+            samples: 1,
+            lights,
+            geometry,
+            materials,
+            effects: Vec::new(),
+            debug_view: request.debug_view,
+            notes,
+            lighting,
+        };
+        plan.effects = effects::decide(&plan, scene, request);
+        Ok(plan)
+    }
+
+    /// Pixels of the picture.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.view.width) * u64::from(self.view.height)
+    }
+
+    /// Bytes of the attachments that a frame needs.
+    pub fn attachment_bytes(&self) -> u64 {
+        let colors = if self.debug_view.is_some() { 4 } else { 1 };
+        self.pixels() * (RADIANCE_BYTES * colors + DEPTH_BYTES)
+    }
+
+    /// Bytes of every buffer and texture that is filled before the first frame.
+    pub fn static_bytes(&self) -> u64 {
+        self.geometry.bytes() + self.materials.bytes() + self.lights.bytes()
+    }
+}
+
+fn check_size(request: &Request, limits: &Limits) -> Result<()> {
+    let (w, h) = (request.width, request.height);
+    if w == 0 || h == 0 {
+        return Err(Error::usage(format!("--size {w}x{h} has no pixel")));
+    }
+    let most = limits.max_image_dimension;
+    if w > most || h > most {
+        return Err(Error::new(format!("--size {w}x{h} passes this device's largest image, {most}x{most}")));
+    }
+    // Four RGBA32F targets and their read-back are the most that a debug view asks for.
+    let bytes = u64::from(w) * u64::from(h) * RADIANCE_BYTES;
+    if bytes > limits.max_buffer_bytes {
+        return Err(Error::new(format!(
+            "--size {w}x{h} needs a read-back buffer of {bytes} bytes, this device's largest has {}",
+            limits.max_buffer_bytes
+        )));
+    }
+    Ok(())
+}
+
+fn note_lighting(lighting: &Lighting, notes: &mut Vec<String>) {
+    if lighting.default_light {
+        notes.push("the scene has neither lights nor emission: one default directional light of 3 lux is used".into());
+    }
+    if lighting.absent > 0 {
+        notes.push(format!("{} lights never rise above the cut-off and are absent", lighting.absent));
+    }
+    if lighting.unbounded > 0 {
+        notes.push(format!("{} lights have no finite range and reach everything", lighting.unbounded));
+    }
+}

@@ -1,0 +1,13 @@
+//! CPU twins and f64 oracles: what is right, against which every picture of the device is judged.
+//!
+//! [`render::Reference`] casts one ray through each pixel's centre and gives the surface there, [`shade::Shader`]
+//! lights a surface. Everything is in view space and f64; the inputs (vertices, factors, texels) are the same as the
+//! device's.
+
+pub mod bvh;
+pub mod ray;
+pub mod render;
+pub mod shade;
+pub mod smooth;
+pub mod surface;
+pub mod texture;

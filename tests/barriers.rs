@@ -1,0 +1,53 @@
+//! Golden listings: a change of synchronization is a change of text in the same commit. `LAMPYRIS_BLESS=1` rewrites them.
+
+use std::fs;
+use std::path::PathBuf;
+
+use lampyris::graph::{checker, describe, hazard, log};
+use lampyris::passes::{self, Frame};
+use lampyris::plan::{DebugView, Limits, Plan, Request, Technique};
+use lampyris::scene::builtin;
+
+fn golden(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/barriers").join(format!("{name}.txt"))
+}
+
+fn frame(request: &Request) -> Frame {
+    let scene = builtin::load("cornell").expect("a built-in scene");
+    passes::frame(&Plan::new(&scene, request, &Limits::MINIMUM).expect("a plan"))
+}
+
+fn compare(name: &str, request: &Request) {
+    let frame = frame(request);
+    let barriers = hazard::derive(&frame.graph);
+    let found = checker::check(&frame.graph, &log::declared(&frame.graph, &barriers, 3));
+    assert!(found.is_empty(), "{name}: {found:#?}");
+    for index in 0..barriers.len() {
+        let mut fewer = barriers.clone();
+        let removed = fewer.remove(index);
+        let found = checker::check(&frame.graph, &log::declared(&frame.graph, &fewer, 3));
+        assert!(!found.is_empty(), "{name}: not needed: {}", describe::sentence(&frame.graph, &removed));
+    }
+    let listing = describe::listing(&frame.graph, &barriers);
+    let path = golden(name);
+    if std::env::var_os("LAMPYRIS_BLESS").is_some() {
+        fs::write(&path, &listing).expect("tests/barriers is writable");
+    }
+    let stored = fs::read_to_string(&path).unwrap_or_default();
+    assert_eq!(stored, listing, "{} differs", path.display());
+}
+
+#[test]
+fn forward() {
+    compare("forward", &Request { technique: Technique::Forward, ..Request::default() });
+}
+
+#[test]
+fn forward_without_prepass() {
+    compare("forward_no_prepass", &Request { technique: Technique::Forward, prepass: false, ..Request::default() });
+}
+
+#[test]
+fn surface() {
+    compare("surface", &Request { debug_view: Some(DebugView::Albedo), ..Request::default() });
+}

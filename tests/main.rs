@@ -1,0 +1,12 @@
+//! One binary, by kind: no GPU, pictures, hard cases, command line, controls.
+
+#![allow(missing_docs)]
+
+mod support;
+
+mod barriers;
+mod command_line;
+mod controls;
+mod graph_properties;
+mod layering;
+mod pictures;
