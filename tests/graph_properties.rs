@@ -69,7 +69,7 @@ fn build(nodes: &[Vec<(usize, usize, bool)>]) -> Graph {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn derived_barriers_order_every_access(nodes in graphs()) {

@@ -170,7 +170,9 @@ fn step(state: &mut State, declared: &Declared, producer: Producer, before: usiz
     let access = declared.access;
     let is_image = matches!(declared.resource, Resource::Image(_));
     let wanted = if is_image { access.layout() } else { state.layout };
-    let relayout = is_image && (wanted != state.layout || declared.fresh);
+    // Discarding needs a layout change only where the first frame finds no layout at all; later in a frame it needs none.
+    let untouched = state.write.iter().chain(&state.reads).all(|p| p.previous_frame);
+    let relayout = is_image && (wanted != state.layout || (declared.fresh && untouched));
     let barrier = if access.writes() || relayout {
         ordered_write(state, declared, before, wanted, relayout)
     } else {
@@ -220,7 +222,7 @@ fn ordered_write(
     // not seen the last write.
     let unseen = state.write.is_some() && !access.read_flags().is_empty() && !state.sees(access);
     let dst_access = if after_write || relayout || unseen { access.flags() } else { AccessFlags2::NONE };
-    let old = if declared.fresh { ImageLayout::UNDEFINED } else { state.layout };
+    let old = if declared.fresh && relayout { ImageLayout::UNDEFINED } else { state.layout };
     Some(Barrier {
         resource: declared.resource,
         before,
