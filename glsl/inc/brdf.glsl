@@ -67,32 +67,27 @@ Lobes make_lobes(Surface s, vec3 v) {
 }
 
 // Reflected radiance for unit irradiance: diffuse, plus Blinn's lobe (phong) or GGX with Smith and Schlick (gltf).
+// H = l + v stays unnormalised: |H| cancels from the lobes, and v.h is |H| / 2 because l and v are unit vectors.
 vec3 reflect_light(Lobes lobes, Surface s, vec3 v, vec3 l, float nl) {
     if (SHADING == SHADING_LAMBERT) {
         return lobes.diffuse;
     }
     precise vec3 h = l + v;
     precise float h2 = dot(h, h);
-    if (!(h2 > 0.0)) {
-        return lobes.diffuse;
-    }
-    h /= sqrt(h2);
     precise vec3 across = cross(s.normal, h);
-    // 1 - (n.h)^2 as |n x h|^2: no cancellation at the peak of the lobe.
-    precise float sin2 = min(dot(across, across), 1.0);
-    float nh = dot(s.normal, h);
+    // |n x H|^2 = H^2 (1 - (n.h)^2): no cancellation at the peak of the lobe.
+    precise float sin2 = min(dot(across, across), h2);
+    bool front = dot(s.normal, h) > 0.0;
     if (SHADING == SHADING_PHONG) {
-        if (nh <= 0.0) {
-            return lobes.diffuse;
-        }
-        return lobes.diffuse + lobes.specular * exp_negative(0.5 * lobes.shininess * log_one_minus(sin2));
+        float lobe = front ? exp_negative(0.5 * lobes.shininess * log_one_minus(sin2 / h2)) : 0.0;
+        return lobes.diffuse + lobes.specular * lobe;
     }
-    precise float w = 1.0 - max(dot(v, h), 0.0);
+    precise float w = 1.0 - min(0.5 * sqrt(h2), 1.0);
     precise float w2 = w * w;
     precise vec3 fresnel = lobes.specular + (1.0 - lobes.specular) * (w2 * w2 * w);
-    precise float d = sin2 + lobes.alpha2 * (1.0 - sin2);
+    precise float d = sin2 + lobes.alpha2 * (h2 - sin2);
     precise float light_term = nl + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nl * nl);
-    precise float lobe = lobes.alpha2 / (PI * d * d * light_term * lobes.view_term);
-    precise vec3 result = (1.0 - fresnel) * lobes.diffuse + fresnel * (nh > 0.0 ? lobe : 0.0);
+    precise float lobe = (lobes.alpha2 * h2) * h2 / ((PI * d) * d * (light_term * lobes.view_term));
+    precise vec3 result = (1.0 - fresnel) * lobes.diffuse + fresnel * (front ? lobe : 0.0);
     return result;
 }

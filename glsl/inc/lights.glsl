@@ -3,8 +3,8 @@ layout(constant_id = 0) const uint LIGHT_FETCH = 0u;
 layout(constant_id = 1) const uint LIGHT_KINDS = 7u;
 layout(constant_id = 2) const uint LIGHT_TEXELS = 4u;
 layout(constant_id = 3) const uint LIGHT_UNIFORM_TEXELS = 1u;
-// Lights out of range are stepped over before anything else is computed; they would have added exactly 0.
-layout(constant_id = 4) const bool LIGHT_SKIP = true;
+// Lights out of range are stepped over by their range test alone; they would have added exactly 0.
+layout(constant_id = 4) const bool LIGHT_SEEK = true;
 layout(constant_id = 5) const bool INVERSE_SQUARE = true;
 
 layout(set = 0, binding = 3, scalar) readonly buffer LightStorage { vec4 texels[]; } lights_storage;
@@ -26,12 +26,13 @@ float light_window(float q) {
     return w;
 }
 
-float light_falloff(float d2) {
-    precise float denominator = d2;
-    if (!INVERSE_SQUARE) {
-        precise float d = sqrt(d2);
-        denominator = frame.data.attenuation.x + d * (frame.data.attenuation.y + d * frame.data.attenuation.z);
+float light_falloff(float d2, float inverse_d) {
+    if (INVERSE_SQUARE) {
+        precise float square = inverse_d * inverse_d;
+        return min(square, 1.0 / MIN_FALLOFF);
     }
+    precise float d = d2 * inverse_d;
+    precise float denominator = frame.data.attenuation.x + d * (frame.data.attenuation.y + d * frame.data.attenuation.z);
     return 1.0 / max(denominator, MIN_FALLOFF);
 }
 

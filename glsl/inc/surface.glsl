@@ -30,8 +30,9 @@ struct Surface {
     bool unlit;
 };
 
-vec2 uv_of(MaterialData m, uint index) {
-    return (m.uv_sets & (1u << index)) != 0u ? in_uv.zw : in_uv.xy;
+UvFootprint uv_of(MaterialData m, uint index, vec4 dx, vec4 dy) {
+    bool second = (m.uv_sets & (1u << index)) != 0u;
+    return second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
 }
 
 // The geometric normal stands in where vertex normals cancel; it faces the side that is seen as front.
@@ -65,10 +66,13 @@ vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
 }
 
 Surface read_surface() {
+    // Where every lane of the quad still runs.
+    vec4 uv_dx = dFdxFine(in_uv);
+    vec4 uv_dy = dFdyFine(in_uv);
     MaterialData m = materials.data[in_material];
     vec4 base = m.base_color * in_color;
     if ((TEXTURES & TEXTURE_BASE_COLOR) != 0u) {
-        base *= sample_level(base_color_map, m.uv_base_color_u, m.uv_base_color_v, uv_of(m, 0u));
+        base *= sample_level(base_color_map, m.uv_base_color_u, m.uv_base_color_v, uv_of(m, 0u, uv_dx, uv_dy));
     }
     Surface s;
     s.position = in_position_vs;
@@ -76,7 +80,7 @@ Surface read_surface() {
     s.metallic = m.metallic;
     s.roughness = m.roughness;
     if ((TEXTURES & TEXTURE_METALLIC_ROUGHNESS) != 0u) {
-        vec4 mr = sample_level(metallic_roughness_map, m.uv_metallic_roughness_u, m.uv_metallic_roughness_v, uv_of(m, 1u));
+        vec4 mr = sample_level(metallic_roughness_map, m.uv_metallic_roughness_u, m.uv_metallic_roughness_v, uv_of(m, 1u, uv_dx, uv_dy));
         s.roughness *= mr.g;
         s.metallic *= mr.b;
     }
@@ -85,22 +89,21 @@ Surface read_surface() {
     vec3 n = interpolated_normal();
     float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((TEXTURES & TEXTURE_NORMAL) != 0u) {
-        vec3 texel = sample_level(normal_map, m.uv_normal_u, m.uv_normal_v, uv_of(m, 2u)).xyz;
+        vec3 texel = sample_level(normal_map, m.uv_normal_u, m.uv_normal_v, uv_of(m, 2u, uv_dx, uv_dy)).xyz;
         n = mapped_normal(n, texel, m.normal_scale);
     }
     // glTF 2.0, section 3.9.6 (double sided): a back face reverses its normal before lighting.
     s.normal = n * side;
     s.occlusion = 1.0;
     if ((TEXTURES & TEXTURE_OCCLUSION) != 0u) {
-        float r = sample_level(occlusion_map, m.uv_occlusion_u, m.uv_occlusion_v, uv_of(m, 3u)).r;
+        float r = sample_level(occlusion_map, m.uv_occlusion_u, m.uv_occlusion_v, uv_of(m, 3u, uv_dx, uv_dy)).r;
         s.occlusion = 1.0 + m.occlusion_strength * (r - 1.0);
     }
     s.emissive = m.emissive;
     if ((TEXTURES & TEXTURE_EMISSIVE) != 0u) {
-        s.emissive *= sample_level(emissive_map, m.uv_emissive_u, m.uv_emissive_v, uv_of(m, 4u)).rgb;
+        s.emissive *= sample_level(emissive_map, m.uv_emissive_u, m.uv_emissive_v, uv_of(m, 4u, uv_dx, uv_dy)).rgb;
     }
     s.unlit = m.unlit != 0u;
-    // Derivatives are taken above, where every lane of the quad still runs.
     if (ALPHA_MASK && base.a < m.alpha_cutoff) {
         discard;
     }

@@ -28,7 +28,7 @@ pub fn frame(plan: &Plan) -> Frame {
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
-        LIGHT_SKIP: true,
+        LIGHT_SEEK: constants.seek,
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
     };

@@ -88,6 +88,8 @@ pub struct LightConstants {
     pub texels: u32,
     /// LIGHT_UNIFORM_TEXELS: exact, so that the block is as large as its buffer.
     pub uniform_texels: u32,
+    /// LIGHT_SEEK.
+    pub seek: bool,
     /// INVERSE_SQUARE.
     pub inverse_square: bool,
     /// SHADING.
@@ -102,6 +104,7 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
         kinds: lights.kinds,
         texels: lights.texels_each,
         uniform_texels: if lights.fetch == Fetch::Uniform { lights.texels.len().max(1) as u32 } else { 1 },
+        seek: plan.lights.seek,
         inverse_square: plan.lighting.attenuation == Attenuation::PHYSICAL,
         shading: shading_constant(plan.shading),
     }
@@ -114,7 +117,7 @@ fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipel
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
-        LIGHT_SKIP: true,
+        LIGHT_SEEK: constants.seek,
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
         TEXTURES: variant.textures,

@@ -53,6 +53,8 @@ pub struct LightTable {
     pub kinds: u32,
     /// See `Frame::light_remainder_step`.
     pub remainder_step: f32,
+    /// Lights out of range are stepped over by a loop of their own; pointless where no light has a range.
+    pub seek: bool,
     /// How shaders read them.
     pub fetch: Fetch,
     /// Why.
@@ -140,7 +142,8 @@ impl LightTable {
         for light in first.into_iter().chain(then) {
             push(&mut texels, light, view, texels_each, step);
         }
-        Ok(Self { texels, count, texels_each, kinds, remainder_step: step, fetch, fetch_why })
+        let seek = lighting.lights.iter().any(|l| l.range.is_finite());
+        Ok(Self { texels, count, texels_each, kinds, remainder_step: step, seek, fetch, fetch_why })
     }
 
     /// Bytes of the light buffer.

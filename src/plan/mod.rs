@@ -130,7 +130,7 @@ fn check_size(request: &Request, limits: &Limits) -> Result<()> {
 
 fn note_lighting(lighting: &Lighting, notes: &mut Vec<String>) {
     if lighting.default_light {
-        notes.push("the scene has neither lights nor emission: one default directional light of 3 lux is used".into());
+        notes.push("the scene has no light: one default directional light of 3 lux is used".into());
     }
     if lighting.absent > 0 {
         notes.push(format!("{} lights never rise above the cut-off and are absent", lighting.absent));

@@ -15,7 +15,7 @@ pub const MIN_FALLOFF: f64 = 1e-8;
 /// 5/256, the least step of a display that is still seen, as the classic tutorials choose it.
 pub const DEFAULT_CUTOFF: f64 = 5.0 / 256.0;
 
-/// The default light shines where the scene has neither lights nor emission.
+/// Illuminance of the default light, which shines where the scene has no light.
 pub const DEFAULT_LIGHT_LUX: f32 = 3.0;
 
 /// Distance law of point and spot lights: `1 / (constant + linear d + quadratic d^2)`.
@@ -126,7 +126,7 @@ pub struct Lighting {
     pub absent: usize,
     /// Lights of infinite range other than directional ones.
     pub unbounded: usize,
-    /// True when the default light was put in, because the scene has neither lights nor emission.
+    /// True when the default light was put in, because the scene has no light.
     pub default_light: bool,
 }
 
@@ -137,9 +137,8 @@ impl Lighting {
     /// A rule that is negative or not a number; a light whose intensity is.
     pub fn new(scene: &Scene, rules: &LightRules) -> Result<Self> {
         check_rules(rules)?;
-        let emits = scene.materials.iter().any(|m| m.emissive.iter().any(|&e| e > 0.0) || m.unlit);
-        let ambient_given = rules.ambient != Vec3::ZERO;
-        let default_light = scene.lights.is_empty() && !emits && !ambient_given;
+        // Emission lights nothing but itself while no bounced light is drawn.
+        let default_light = scene.lights.is_empty() && rules.ambient == Vec3::ZERO;
         let mut own = Vec::new();
         if default_light {
             own.push(Light {
