@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::gpu::pipeline_cache::PipelineCache;
 use crate::gpu::realize::Realized;
 use crate::gpu::{Device, Options};
-use crate::graph::checker::{self, Violation};
+use crate::graph::checker::{self, Layouts, Violation};
 use crate::graph::hazard::{self, Barrier};
 use crate::graph::log::Event;
 use crate::measure::picture::Picture;
@@ -21,6 +21,9 @@ use crate::record::upload::Uploader;
 use crate::scene::{Scene, mips};
 use crate::shared;
 use crate::submit::Queue;
+
+/// Events after which a log is judged and dropped.
+const LONG_LOG: usize = 4096;
 
 /// An open device with its pipeline cache.
 pub struct Renderer {
@@ -94,6 +97,8 @@ impl Renderer {
             realized,
             device: self.device.clone(),
             log: Vec::new(),
+            layouts: Layouts::default(),
+            violations: Vec::new(),
         })
     }
 }
@@ -118,6 +123,7 @@ fn upload(
             plan.lighting.attenuation.quadratic as f32,
         ],
         perspective: if plan.view.lens.is_perspective() { 1.0 } else { 0.0 },
+        light_seek_limit: plan.lights.seek_limit,
         light_remainder_step: plan.lights.remainder_step,
     };
     uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&constants))?;
@@ -151,6 +157,9 @@ pub struct Prepared {
     device: Arc<Device>,
     size: [u32; 2],
     log: Vec<Event>,
+    /// Layouts where the log begins, and what was found before it.
+    layouts: Layouts,
+    violations: Vec<Violation>,
     /// Milliseconds of making pipelines.
     pub pipelines_ms: f64,
     /// Milliseconds of uploads.
@@ -174,7 +183,7 @@ impl Prepared {
     /// # Errors
     /// A lost device.
     pub fn draw(&mut self, count: usize) -> Result<FrameTimes> {
-        let Self { queue, realized, frame, barriers, device, log, .. } = self;
+        let Self { queue, realized, frame, barriers, device, log, layouts, violations, .. } = self;
         let nodes = frame.graph.frame_len();
         let (walls, timings) = queue.frames(count, |commands, timer| {
             let mut recorder = Recorder { device, commands, timer, log: std::mem::take(log) };
@@ -183,8 +192,8 @@ impl Prepared {
             nodes as u32 + 1
         })?;
         log.push(Event::HostWait);
-        // Old frames prove nothing new; the last few stay for `check`.
-        if log.len() > 4096 {
+        if log.len() > LONG_LOG {
+            violations.extend(checker::check_from(&frame.graph, log, layouts));
             log.clear();
         }
         let names = frame.graph.nodes[..nodes].iter().map(|n| n.name.clone()).collect();
@@ -218,10 +227,12 @@ impl Prepared {
 
     /// Judges everything recorded so far by the checker; empty is the proof.
     pub fn check(&self) -> Vec<Violation> {
-        checker::check(&self.frame.graph, &self.log)
+        let mut found = self.violations.clone();
+        found.extend(checker::check_from(&self.frame.graph, &self.log, &mut self.layouts.clone()));
+        found
     }
 
-    /// What was recorded so far.
+    /// What was recorded and is kept: everything, until a long log has been judged.
     pub fn log(&self) -> &[Event] {
         &self.log
     }

@@ -48,8 +48,10 @@ pub const SHADING_PHONG: u32 = 1;
 /// See `SHADING_LAMBERT`.
 pub const SHADING_GLTF: u32 = 2;
 
-/// Smallest squared distance to a light, m^2.
-pub const MIN_DISTANCE2: f32 = 1e-12;
+/// Smallest squared distance to a light, m^2: nearer than 1e-18 m the direction fades to 0.
+pub const MIN_DISTANCE2: f32 = 1e-36;
+/// Largest radiance that is stored: sums past f32 are clamped to it, once.
+pub const MAX_RADIANCE: f32 = 3.4028234e38;
 /// Smallest denominator of the falloff (scene/lighting.rs).
 pub const MIN_FALLOFF: f32 = 1e-8;
 /// Smallest roughness that is shaded; below it the lobe outruns f32.
@@ -57,7 +59,7 @@ pub const MIN_ROUGHNESS: f32 = 0.045;
 /// Squared length under which an interpolated normal or tangent counts as zero.
 pub const MIN_NORMAL2: f32 = 1e-12;
 
-/// Material has this texture: bits of `MaterialData::textures`.
+/// Material has this texture: bits of TEXTURES.
 pub const TEXTURE_BASE_COLOR: u32 = 1;
 /// See `TEXTURE_BASE_COLOR`.
 pub const TEXTURE_METALLIC_ROUGHNESS: u32 = 2;
@@ -82,6 +84,8 @@ pub struct Frame {
     pub attenuation: Vec3,
     /// 1 for a perspective lens, 0 for an orthographic one.
     pub perspective: f32,
+    /// Ratio of squared distance to squared range from which a light is stepped over: 1 and a proven margin.
+    pub light_seek_limit: f32,
     /// Metres a step of the packed remainders of light positions; a power of two.
     pub light_remainder_step: f32,
 }
@@ -128,12 +132,6 @@ pub struct MaterialData {
     pub occlusion_strength: f32,
     /// Alpha below this does not exist; negative: no mask.
     pub alpha_cutoff: f32,
-    /// Bits `TEXTURE_*`.
-    pub textures: u32,
-    /// Bit t set: texture t reads UV set 1.
-    pub uv_sets: u32,
-    /// 1 where the base colour is the picture.
-    pub unlit: u32,
     /// UV transforms, two rows a texture, in the order of the `TEXTURE_*` bits.
     pub uv_base_color_u: Vec3,
     /// Second row.

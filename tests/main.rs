@@ -4,9 +4,12 @@
 
 mod support;
 
+mod bad_input;
 mod barriers;
 mod command_line;
 mod controls;
+mod documents;
+mod fuzz;
 mod graph_properties;
 mod layering;
 mod pictures;

@@ -3,6 +3,7 @@
 
 use std::sync::{Mutex, MutexGuard, OnceLock};
 
+use lampyris::checks;
 use lampyris::gpu::Options;
 use lampyris::renderer::Renderer;
 
@@ -37,4 +38,17 @@ impl Drop for Gpu {
             assert!(messages.is_empty(), "validation: {messages:#?}");
         }
     }
+}
+
+/// Runs the check of that name and asserts every row of it.
+pub fn run(name: &str) {
+    let Some(gpu) = gpu() else { return };
+    let check = checks::ALL.iter().find(|c| c.0 == name).expect("a check of that name").1;
+    let rows = check(&gpu.renderer).expect("the check runs");
+    assert!(!rows.is_empty());
+    for row in &rows {
+        println!("{}: {}", row.name, row.detail);
+    }
+    let failed: Vec<_> = rows.iter().filter(|r| !r.passed).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
 }

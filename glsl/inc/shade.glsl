@@ -14,11 +14,11 @@ uint light_kind(uint packed_bits) {
     return one_kind ? LIGHT_KINDS : packed_bits >> (3u * REMAINDER_BITS);
 }
 
-// Squared distance over squared range, without the remainder: off by an ulp or two, so a light is stepped over only from a
-// little beyond its range on, where its window is exactly 0.
+// Squared distance over squared range from the rounded position alone; the plan's limit is wide enough that a light is stepped
+// over only where its window is exactly 0.
 bool light_out_of_range(vec4 place, vec3 position) {
     vec3 l = place.xyz - position;
-    return dot(l, l) * place.w > 1.00001;
+    return dot(l, l) * place.w > frame.data.light_seek_limit;
 }
 
 vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {
@@ -43,8 +43,8 @@ vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {
             strength *= light_cone(l, first);
         }
     }
-    precise vec3 added = power.rgb * (strength * max(nl, 0.0)) * reflect_light(lobes, s, v, l, max(nl, 0.0));
-    // Written so that what adds nothing adds exactly 0, and never NaN where the lobe overflows.
+    // The intensity comes last: before it nothing can pass f32, so no infinity meets a 0.
+    precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * power.rgb;
     return strength > 0.0 && nl > 0.0 ? added : vec3(0.0);
 }
 
@@ -68,20 +68,22 @@ vec3 shade_all_lights(Surface s) {
         for (uint i = 0u; i < count; ++i) {
             sum += shade_light(i, lobes, s, v);
         }
-        return sum;
+        return min(sum, MAX_RADIANCE);
     }
-    // Seek, then shade (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs", 2009, section 4: while-while):
-    // drivers that run both sides of every branch still leave a loop, so lights out of range cost their test alone.
-    uint i = 0u;
-    while (true) {
-        while (i < count && light_out_of_range(light_texel(i * LIGHT_TEXELS), s.position)) {
-            ++i;
+    // Seek, then shade. Some drivers run both sides of every branch, but all of them leave a loop: 32 lights are tested by their
+    // range alone, and only those that reach this fragment enter the second loop, still in id order.
+    for (uint base = 0u; base < count; base += 32u) {
+        uint reaching = 0u;
+        uint end = min(count - base, 32u);
+        for (uint i = 0u; i < end; ++i) {
+            bool outside = light_out_of_range(light_texel((base + i) * LIGHT_TEXELS), s.position);
+            reaching |= outside ? 0u : 1u << i;
         }
-        if (i >= count) {
-            break;
+        while (reaching != 0u) {
+            uint i = base + uint(findLSB(reaching));
+            reaching &= reaching - 1u;
+            sum += shade_light(i, lobes, s, v);
         }
-        sum += shade_light(i, lobes, s, v);
-        ++i;
     }
-    return sum;
+    return min(sum, MAX_RADIANCE);
 }

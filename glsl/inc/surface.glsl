@@ -14,10 +14,21 @@ layout(location = 2) in vec4 in_tangent_vs;
 layout(location = 3) in vec4 in_uv;
 layout(location = 4) in vec4 in_color;
 layout(location = 5) flat in uint in_material;
+layout(location = 6) flat in vec4 in_base_color;
+layout(location = 7) flat in vec4 in_emissive_metallic;
+layout(location = 8) flat in vec4 in_roughness_scales;
 
 // Bits TEXTURE_*: the maps that the material of this pipeline has; the others are neither sampled nor branched over.
 layout(constant_id = 10) const uint TEXTURES = 0u;
 layout(constant_id = 11) const bool ALPHA_MASK = false;
+// Bit t set: texture t reads UV set 1.
+layout(constant_id = 12) const uint UV_SETS = 0u;
+// Some map has a transform of its own (KHR_texture_transform).
+layout(constant_id = 13) const bool UV_TRANSFORMS = false;
+layout(constant_id = 14) const bool VERTEX_COLORS = false;
+layout(constant_id = 15) const bool UNLIT = false;
+// The lens turns the picture round, and with it the order of rows and columns.
+layout(constant_id = 16) const bool MIRRORED_LENS = false;
 
 struct Surface {
     vec3 position;
@@ -30,10 +41,24 @@ struct Surface {
     bool unlit;
 };
 
-UvFootprint uv_of(MaterialData m, uint index, vec4 dx, vec4 dy) {
-    bool second = (m.uv_sets & (1u << index)) != 0u;
-    return second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
+// The coordinates of map `index`, and its transform's rows where it has one.
+UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
+    // Where every lane of the quad still runs.
+    vec4 dx = dFdxFine(in_uv);
+    vec4 dy = dFdyFine(in_uv);
+    const bool second = (UV_SETS & (1u << index)) != 0u;
+    UvFootprint f = second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
+    if (UV_TRANSFORMS) {
+        precise vec2 at = vec2(dot(row_u, vec3(f.uv, 1.0)), dot(row_v, vec3(f.uv, 1.0)));
+        f.uv = at;
+        f.dx = vec2(dot(row_u.xy, f.dx), dot(row_v.xy, f.dx));
+        f.dy = vec2(dot(row_u.xy, f.dy), dot(row_v.xy, f.dy));
+    }
+    return f;
 }
+
+#define SAMPLE_MAP(name, index) \
+    sample_level(name##_map, uv_of(index, materials.data[in_material].uv_##name##_u, materials.data[in_material].uv_##name##_v))
 
 // The geometric normal stands in where vertex normals cancel; it faces the side that is seen as front.
 vec3 interpolated_normal() {
@@ -45,7 +70,7 @@ vec3 interpolated_normal() {
         return n;
     }
     // Rows run downwards, so dy x dx points to the viewer; a back face's front lies on the other side.
-    vec3 geometric = cross(dy, dx);
+    vec3 geometric = MIRRORED_LENS ? cross(dx, dy) : cross(dy, dx);
     float size = length(geometric);
     geometric = size > 0.0 ? geometric / size : vec3(0.0, 0.0, 1.0);
     return gl_FrontFacing ? geometric : -geometric;
@@ -66,45 +91,41 @@ vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
 }
 
 Surface read_surface() {
-    // Where every lane of the quad still runs.
-    vec4 uv_dx = dFdxFine(in_uv);
-    vec4 uv_dy = dFdyFine(in_uv);
-    MaterialData m = materials.data[in_material];
-    vec4 base = m.base_color * in_color;
+    vec4 base = in_base_color;
+    if (VERTEX_COLORS) {
+        base *= in_color;
+    }
     if ((TEXTURES & TEXTURE_BASE_COLOR) != 0u) {
-        base *= sample_level(base_color_map, m.uv_base_color_u, m.uv_base_color_v, uv_of(m, 0u, uv_dx, uv_dy));
+        base *= SAMPLE_MAP(base_color, 0u);
     }
     Surface s;
     s.position = in_position_vs;
     s.base_color = base.rgb;
-    s.metallic = m.metallic;
-    s.roughness = m.roughness;
+    s.metallic = in_emissive_metallic.w;
+    s.roughness = in_roughness_scales.x;
     if ((TEXTURES & TEXTURE_METALLIC_ROUGHNESS) != 0u) {
-        vec4 mr = sample_level(metallic_roughness_map, m.uv_metallic_roughness_u, m.uv_metallic_roughness_v, uv_of(m, 1u, uv_dx, uv_dy));
+        vec4 mr = SAMPLE_MAP(metallic_roughness, 1u);
         s.roughness *= mr.g;
         s.metallic *= mr.b;
     }
     s.roughness = clamp(s.roughness, MIN_ROUGHNESS, 1.0);
     s.metallic = clamp(s.metallic, 0.0, 1.0);
     vec3 n = interpolated_normal();
-    float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((TEXTURES & TEXTURE_NORMAL) != 0u) {
-        vec3 texel = sample_level(normal_map, m.uv_normal_u, m.uv_normal_v, uv_of(m, 2u, uv_dx, uv_dy)).xyz;
-        n = mapped_normal(n, texel, m.normal_scale);
+        n = mapped_normal(n, SAMPLE_MAP(normal, 2u).xyz, in_roughness_scales.y);
     }
     // glTF 2.0, section 3.9.6 (double sided): a back face reverses its normal before lighting.
-    s.normal = n * side;
+    s.normal = gl_FrontFacing ? n : -n;
     s.occlusion = 1.0;
     if ((TEXTURES & TEXTURE_OCCLUSION) != 0u) {
-        float r = sample_level(occlusion_map, m.uv_occlusion_u, m.uv_occlusion_v, uv_of(m, 3u, uv_dx, uv_dy)).r;
-        s.occlusion = 1.0 + m.occlusion_strength * (r - 1.0);
+        s.occlusion = 1.0 + in_roughness_scales.z * (SAMPLE_MAP(occlusion, 3u).r - 1.0);
     }
-    s.emissive = m.emissive;
+    s.emissive = in_emissive_metallic.xyz;
     if ((TEXTURES & TEXTURE_EMISSIVE) != 0u) {
-        s.emissive *= sample_level(emissive_map, m.uv_emissive_u, m.uv_emissive_v, uv_of(m, 4u, uv_dx, uv_dy)).rgb;
+        s.emissive *= SAMPLE_MAP(emissive, 4u).rgb;
     }
-    s.unlit = m.unlit != 0u;
-    if (ALPHA_MASK && base.a < m.alpha_cutoff) {
+    s.unlit = UNLIT;
+    if (ALPHA_MASK && base.a < in_roughness_scales.w) {
         discard;
     }
     return s;

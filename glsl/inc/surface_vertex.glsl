@@ -13,6 +13,12 @@ layout(location = 2) out vec4 out_tangent_vs;
 layout(location = 3) out vec4 out_uv;
 layout(location = 4) out vec4 out_color;
 layout(location = 5) flat out uint out_material;
+// Material factors do not vary over a triangle: the vertex shader reads them once, fragments need no buffer for them.
+layout(location = 6) flat out vec4 out_base_color;
+layout(location = 7) flat out vec4 out_emissive_metallic;
+layout(location = 8) flat out vec4 out_roughness_scales;
+
+layout(set = 0, binding = 2, scalar) readonly buffer MaterialBlock { MaterialData data[]; } materials;
 
 void main() {
     InstanceData instance = instances.data[gl_InstanceIndex];
@@ -25,4 +31,8 @@ void main() {
     out_uv = vec4(in_uv0, in_uv1);
     out_color = in_color;
     out_material = instance.material;
+    MaterialData m = materials.data[instance.material];
+    out_base_color = m.base_color;
+    out_emissive_metallic = vec4(m.emissive, m.metallic);
+    out_roughness_scales = vec4(m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff);
 }

@@ -8,13 +8,12 @@ struct UvFootprint {
     vec2 dy;
 };
 
-vec4 sample_level(sampler2D image, vec3 row_u, vec3 row_v, UvFootprint f) {
-    precise vec2 at = vec2(dot(row_u, vec3(f.uv, 1.0)), dot(row_v, vec3(f.uv, 1.0)));
+vec4 sample_level(sampler2D image, UvFootprint f) {
     vec2 size = vec2(textureSize(image, 0));
-    vec2 dx = vec2(dot(row_u.xy, f.dx), dot(row_v.xy, f.dx)) * size;
-    vec2 dy = vec2(dot(row_u.xy, f.dy), dot(row_v.xy, f.dy)) * size;
+    vec2 dx = f.dx * size;
+    vec2 dy = f.dy * size;
     float footprint = max(dot(dx, dx), dot(dy, dy));
     // log2(0) is avoided: a constant coordinate reads level 0 with the magnification filter.
     float level = footprint > 0.0 ? 0.5 * log2(footprint) : -1.0;
-    return textureLod(image, at, level);
+    return textureLod(image, f.uv, level);
 }

@@ -1,6 +1,7 @@
 //! Hard cases and equalities as rows that anyone can run on their driver: `check` prints them, tests assert them.
 
 mod equalities;
+mod hard;
 mod oracle;
 
 use crate::error::Result;
@@ -42,4 +43,14 @@ pub const ALL: &[(&str, Check)] = &[
     ("still", equalities::still),
     ("shading", oracle::shading),
     ("picture", oracle::picture),
+    ("spot_cones", hard::cones::spot_cones),
+    ("range_edge", hard::ranges::range_edge),
+    ("light_on_surface", hard::ranges::light_on_surface),
+    ("attenuations", hard::ranges::attenuations),
+    ("many_lights", hard::sums::many_lights),
+    ("radiance_range", hard::sums::radiance_range),
+    ("surface_fallbacks", hard::surfaces::surface_fallbacks),
+    ("far_camera", hard::views::far_camera),
+    ("lenses", hard::views::lenses),
+    ("node_transforms", hard::nodes::node_transforms),
 ];

@@ -50,6 +50,63 @@ fn radiance(picture: &Picture) -> Result<Vec<[f32; 4]>> {
     picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance"))
 }
 
+/// Radiance of one frame, every pixel.
+pub(super) fn draw(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Vec<[f32; 4]>> {
+    let mut frame = renderer.prepare(scene, plan)?;
+    frame.draw(1)?;
+    radiance(&frame.read_back()?)
+}
+
+/// The plan's lights in f64.
+pub(super) fn shader(plan: &Plan) -> Shader<'_> {
+    Shader::new(&plan.lighting, &plan.view, plan.shading)
+}
+
+/// A frame of the device beside the surfaces that its lights saw.
+pub(super) struct Shaded {
+    /// Every pixel as stored.
+    pub radiance: Vec<[f32; 4]>,
+    /// Every pixel; `None` where nothing is.
+    pub surfaces: Vec<Option<Surface>>,
+}
+
+impl Shaded {
+    /// Draws the plan's frame, and the same geometry again for the surface probe.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn draw(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Self> {
+        let radiance = draw(renderer, scene, plan)?;
+        let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
+        probe.draw(1)?;
+        Ok(Self { radiance, surfaces: surfaces(&probe.read_back()?)? })
+    }
+
+    /// Pixels with a channel that is NaN or infinite.
+    pub fn not_finite(&self) -> usize {
+        self.radiance.iter().filter(|pixel| pixel.iter().any(|c| !c.is_finite())).count()
+    }
+
+    /// Largest difference from `shader` at the device's surfaces, relative to the larger of its value and its mean; infinite
+    /// where there is no surface.
+    pub fn error(&self, shader: &Shader) -> f64 {
+        let pairs: Vec<(DVec3, [f32; 4])> = self
+            .surfaces
+            .iter()
+            .zip(&self.radiance)
+            .filter_map(|(surface, pixel)| Some((shader.radiance(surface.as_ref()?), *pixel)))
+            .collect();
+        if pairs.is_empty() {
+            return f64::INFINITY;
+        }
+        let mean = pairs.iter().map(|p| p.0.element_sum() / 3.0).sum::<f64>() / pairs.len() as f64;
+        let error = |(reference, pixel): &(DVec3, [f32; 4])| {
+            (0..3).map(|i| (f64::from(pixel[i]) - reference[i]).abs() / reference[i].abs().max(mean)).fold(0.0, larger)
+        };
+        pairs.iter().map(error).fold(0.0, larger)
+    }
+}
+
 /// Largest error of the device's shading against f64 fed with the device's surfaces, relative to the larger of the reference
 /// and its mean.
 ///
@@ -57,31 +114,22 @@ fn radiance(picture: &Picture) -> Result<Vec<[f32; 4]>> {
 /// A lost device.
 pub fn shading_error(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<f64> {
     let plan = Plan::new(scene, request, &renderer.limits())?;
-    let mut frame = renderer.prepare(scene, &plan)?;
-    frame.draw(1)?;
-    let shaded = radiance(&frame.read_back()?)?;
-    let mut probe = renderer.prepare_frame(scene, &plan, passes::surface_frame(&plan))?;
-    probe.draw(1)?;
-    let surfaces = surfaces(&probe.read_back()?)?;
-    let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
-    let pairs: Vec<(DVec3, [f32; 4])> = surfaces
-        .iter()
-        .zip(&shaded)
-        .filter_map(|(surface, pixel)| Some((shader.radiance(surface.as_ref()?), *pixel)))
-        .collect();
-    if pairs.is_empty() {
-        return Ok(f64::INFINITY);
-    }
-    let mean = pairs.iter().map(|p| p.0.element_sum() / 3.0).sum::<f64>() / pairs.len() as f64;
-    let error = |(reference, pixel): &(DVec3, [f32; 4])| {
-        (0..3).map(|i| (f64::from(pixel[i]) - reference[i]).abs() / reference[i].abs().max(mean)).fold(0.0, larger)
-    };
-    Ok(pairs.iter().map(error).fold(0.0, larger))
+    Ok(Shaded::draw(renderer, scene, &plan)?.error(&shader(&plan)))
 }
 
 /// Maximum that a NaN wins.
-fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Mean relative error of a picture against rays through `scene` as `plan` sees it, over pixels whose 3x3 neighbourhood is one
+/// surface; and the share of such pixels.
+pub(super) fn against_rays(radiance: &[[f32; 4]], scene: &Scene, plan: &Plan) -> Result<(f64, f64)> {
+    let reference = Reference::new(scene, &plan.view)?;
+    let traced = reference.render(&shader(plan), &|_| {});
+    let mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
+    let share = mask.iter().filter(|m| **m).count() as f64 / mask.len().max(1) as f64;
+    Ok((metrics::compare_masked(&traced.rgba, &metrics::widen(radiance), &mask).mean_relative, share))
 }
 
 /// Mean relative error of the device's picture against traced rays, over pixels whose 3x3 neighbourhood is one surface; and the
@@ -91,14 +139,7 @@ fn larger(a: f64, b: f64) -> f64 {
 /// A lost device.
 pub fn whole_picture_error(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<(f64, f64)> {
     let plan = Plan::new(scene, request, &renderer.limits())?;
-    let mut frame = renderer.prepare(scene, &plan)?;
-    frame.draw(1)?;
-    let shaded = metrics::widen(&radiance(&frame.read_back()?)?);
-    let reference = Reference::new(scene, &plan.view)?;
-    let traced = reference.render(&Shader::new(&plan.lighting, &plan.view, plan.shading), &|_| {});
-    let mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
-    let share = mask.iter().filter(|m| **m).count() as f64 / mask.len().max(1) as f64;
-    Ok((metrics::compare_masked(&traced.rgba, &shaded, &mask).mean_relative, share))
+    against_rays(&draw(renderer, scene, &plan)?, scene, &plan)
 }
 
 /// Bound of the whole picture's mean relative error, by the driver's sub-pixel bits.

@@ -20,7 +20,7 @@ pub fn run(args: &Check) -> Result<ExitCode> {
     let facts = &renderer.device().facts;
     let quiet = report::json_on_stdout(args.json.as_deref());
     if !quiet {
-        report::print(&format!("{} ({})\n", facts.name, facts.driver))?;
+        report::print(&format!("{}\n", report::device_line(facts)))?;
     }
     let mut rows: Vec<Row> = Vec::new();
     for (name, check) in checks::ALL {

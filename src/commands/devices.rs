@@ -19,7 +19,7 @@ pub fn run(args: &Devices) -> Result<ExitCode> {
     let (mut out, mut listed) = (String::new(), Vec::new());
     for facts in &all {
         let (major, minor, patch) = facts.api;
-        out += &format!("{} ({}), Vulkan {major}.{minor}.{patch}, {}\n", facts.name, facts.driver, facts.kind);
+        out += &format!("{}, Vulkan {major}.{minor}.{patch}, {}\n", report::device_line(facts), facts.kind);
         if facts.missing.is_empty() {
             out += "  baseline: met\n";
         } else {

@@ -47,11 +47,21 @@ struct Outcome {
 /// # Errors
 /// One sentence; nothing is left half-written.
 pub fn run(args: Render, started: Instant) -> Result<ExitCode> {
-    let (args, typed) = match &args.from {
-        Some(file) => repeated(&args, file)?,
-        None => (args, typed_arguments()),
-    };
+    match &args.from {
+        Some(file) => {
+            let (old, typed) = repeated(&args, file)?;
+            // What is wrong then is the file's fault, not the command line's.
+            run_typed(old, typed, started).map_err(|e| Error::new(format!("{}: {e}", file.display())))
+        }
+        None => run_typed(args, typed_arguments(), started),
+    }
+}
+
+fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitCode> {
     let kind = output_kind(&args.output)?;
+    if let Some(path) = args.json.as_deref().filter(|p| *p != Path::new("-")) {
+        file::check_place(path)?;
+    }
     let ev = exposure_of(&args.exposure)?;
     let request = setup::request(&args.shared)?;
     let scene = setup::scene(&args.scene, &args.shared)?;
@@ -68,15 +78,19 @@ pub fn run(args: Render, started: Instant) -> Result<ExitCode> {
         None => trace(&scene, &planned, started)?,
     };
     let main = main_layer(&outcome.picture, &planned)?;
-    let automatic = exposure::automatic_ev(&main);
+    let automatic = exposure::automatic_ev(&main.pixels);
     let ev_used = ev.unwrap_or(automatic);
     let fingerprint = scene.fingerprint();
     let notes = provenance(&typed, &outcome, &fingerprint, &args);
-    write_picture(&args, kind, &planned, &outcome, &main, (ev_used, &notes))?;
+    write_picture(&args, kind, &planned, &outcome, &main.pixels, (ev_used, &notes))?;
     let failed = outcome.validation.as_ref().is_some_and(|m| !m.is_empty());
     let quiet = report::json_on_stdout(args.json.as_deref());
     if !quiet {
-        report::print(&text(&args, &scene, &planned, &outcome, (ev_used, ev.is_none())))?;
+        let mut said = text(&args, &scene, &planned, &outcome, (ev_used, ev.is_none()));
+        if let Some([low, high]) = main.range {
+            said += &format!("colours   {low:.4} (first) to {high:.4} (last)\n");
+        }
+        report::print(&said)?;
     }
     if let Some(path) = &args.json {
         report::write_json(path, &machine_form(&args, &scene, &planned, &outcome, (ev_used, &fingerprint)))?;
@@ -90,7 +104,8 @@ pub fn run(args: Render, started: Instant) -> Result<ExitCode> {
 }
 
 fn typed_arguments() -> Vec<String> {
-    let typed: Vec<String> = std::env::args().skip(1).collect();
+    // A file name need not be Unicode; it is stored as it is shown.
+    let typed: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     if typed.is_empty() { vec!["render".into()] } else { typed }
 }
 
@@ -131,13 +146,8 @@ fn output_kind(path: &Path) -> Result<OutputKind> {
         _ => return Err(Error::usage(format!("{}: a picture ends in .png or .exr", path.display()))),
     };
     // Said before the work, not after it.
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    match folder {
-        Some(folder) if !folder.is_dir() => {
-            Err(Error::new(format!("{} could not be written: {} is not a folder", path.display(), folder.display())))
-        }
-        _ => Ok(kind),
-    }
+    file::check_place(path)?;
+    Ok(kind)
 }
 
 fn exposure_of(text: &str) -> Result<Option<f64>> {
@@ -209,7 +219,7 @@ fn outcome(
         picture,
         times,
         device: report::device_json(facts),
-        driver_line: format!("{} ({})", facts.name, facts.driver),
+        driver_line: report::device_line(facts),
         first_frame_ms,
         pipelines_ms,
         upload_ms,
@@ -256,11 +266,14 @@ fn trace(scene: &Scene, plan: &Plan, started: Instant) -> Result<Outcome> {
     })
 }
 
-fn main_layer(picture: &Picture, plan: &Plan) -> Result<Vec<[f32; 4]>> {
+fn main_layer(picture: &Picture, plan: &Plan) -> Result<views::Shown> {
     match plan.debug_view {
-        Some(view) if plan.technique != Technique::Reference => Ok(views::draw(picture, shown(view))?.0),
+        Some(view) if plan.technique != Technique::Reference => views::draw(picture, shown(view)),
         Some(_) => Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views")),
-        None => picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance to show")),
+        None => {
+            let pixels = picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance to show"))?;
+            Ok(views::Shown { pixels, range: None })
+        }
     }
 }
 
@@ -336,6 +349,9 @@ fn text(args: &Render, scene: &Scene, plan: &Plan, outcome: &Outcome, (ev, autom
     if let Some(complaint) = outcome.times.complaint() {
         out += &format!("note      {complaint}\n");
     }
+    if let Some(note) = clamped_note(outcome) {
+        out += &format!("note      {note}\n");
+    }
     if plan.debug_view.is_none() {
         let how = if automatic { "automatic" } else { "as asked" };
         out += &format!("exposure  {ev:+.2} EV, {how}; tone curve {}\n", tonemap(args.tonemap).name());
@@ -347,6 +363,14 @@ fn text(args: &Render, scene: &Scene, plan: &Plan, outcome: &Outcome, (ev, autom
         }
     }
     out + &format!("picture   {}\n", args.output.display())
+}
+
+/// L9 of the hard cases: radiance past f32 is clamped once, and said.
+fn clamped_note(outcome: &Outcome) -> Option<String> {
+    let values = outcome.picture.layer("radiance")?;
+    let clamped = values.chunks_exact(4).filter(|p| p[..3].iter().any(|c| *c >= f32::MAX)).count();
+    (clamped > 0)
+        .then(|| format!("the radiance of {clamped} pixels passes 32-bit floats and is clamped to their largest"))
 }
 
 fn machine_form(args: &Render, scene: &Scene, plan: &Plan, outcome: &Outcome, (ev, fingerprint): (f64, &str)) -> Value {
@@ -369,8 +393,8 @@ fn machine_form(args: &Render, scene: &Scene, plan: &Plan, outcome: &Outcome, (e
         "memory": memory,
         "counters": { "light_evaluations": lit_pairs, "lists_overflowed": 0 },
         "exposure_ev": ev,
-        "notes": plan.notes.iter().chain(&scene.warnings).collect::<Vec<_>>(),
-        "output": args.output,
+        "notes": plan.notes.iter().chain(&scene.warnings).cloned().chain(clamped_note(outcome)).collect::<Vec<_>>(),
+        "output": args.output.display().to_string(),
         "validation": {
             "enabled": outcome.validation.is_some(),
             "messages": outcome.validation.as_ref().map_or(0, Vec::len),

@@ -17,8 +17,10 @@ pub const SCHEMA: u32 = 1;
 /// # Errors
 /// Anything but a closed pipe.
 pub fn print(text: &str) -> Result<()> {
+    // Names that a file brings along are shown, not obeyed, where they hold escape sequences.
+    let shown: String = text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect();
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(shown.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Error::new(format!("standard output could not be written: {e}")))
         }
@@ -52,6 +54,11 @@ pub fn device_json(facts: &Facts) -> Value {
         "kind": facts.kind,
         "subgroup_size": facts.subgroup_size,
     })
+}
+
+/// Device and driver in one line.
+pub fn device_line(facts: &Facts) -> String {
+    if facts.driver.is_empty() { facts.name.clone() } else { format!("{} ({})", facts.name, facts.driver) }
 }
 
 /// Bytes as people read them.

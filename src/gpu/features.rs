@@ -79,7 +79,7 @@ pub fn choose(instance: &Instance, driver: Option<&str>) -> Result<Facts> {
     })?;
     if !chosen.missing.is_empty() {
         return Err(Error::new(format!(
-            "{} ({}) is below the baseline: it lacks {}",
+            "{} {} is below the baseline: it lacks {}",
             chosen.name,
             chosen.driver,
             chosen.missing.join(", ")

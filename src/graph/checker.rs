@@ -94,9 +94,18 @@ struct Cell {
     layout: ImageLayout,
 }
 
-/// Checks a log; an empty list is the proof.
+/// Checks a log that starts with nothing before it; an empty list is the proof.
 pub fn check(graph: &Graph, log: &[Event]) -> Vec<Violation> {
-    let mut checker = Checker { graph, cells: BTreeMap::new(), found: Vec::new() };
+    check_from(graph, log, &mut Layouts::default())
+}
+
+/// Image layouts at a point where the device is idle: all that is left of what was checked before.
+pub type Layouts = BTreeMap<Resource, ImageLayout>;
+
+/// Checks the next part of a log, which has to end with a wait of the host, and moves `layouts` to its end.
+pub fn check_from(graph: &Graph, log: &[Event], layouts: &mut Layouts) -> Vec<Violation> {
+    let cells = layouts.iter().map(|(r, &layout)| (*r, Cell { past: Vec::new(), layout })).collect();
+    let mut checker = Checker { graph, cells, found: Vec::new() };
     for event in log {
         match event {
             Event::Barrier(barriers) => checker.barrier(barriers),
@@ -104,6 +113,7 @@ pub fn check(graph: &Graph, log: &[Event]) -> Vec<Violation> {
             Event::HostWait => checker.cells.values_mut().for_each(|cell| cell.past.clear()),
         }
     }
+    *layouts = checker.cells.iter().map(|(r, cell)| (*r, cell.layout)).collect();
     checker.found
 }
 

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use exr::prelude as exr;
 use image::ImageEncoder;
@@ -14,14 +15,31 @@ fn io_error(path: &Path, e: &std::io::Error) -> Error {
     Error::new(format!("{} could not be written: {e}", path.display()))
 }
 
-/// Removes a partial file on any way out that is not success.
-struct Part(Option<PathBuf>);
+/// Partial files that exist now.
+static PARTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes every partial file: for the handler of an interrupt, after which nothing else runs.
+pub fn remove_parts() {
+    for path in PARTS.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// A partial file, removed on any way out that is not success.
+struct Part(PathBuf);
+
+impl Part {
+    fn new(path: PathBuf) -> Self {
+        PARTS.lock().unwrap_or_else(PoisonError::into_inner).push(path.clone());
+        Self(path)
+    }
+}
 
 impl Drop for Part {
     fn drop(&mut self) {
-        if let Some(path) = &self.0 {
-            let _ = fs::remove_file(path);
-        }
+        // Renamed by now where all went well: then there is nothing to remove.
+        let _ = fs::remove_file(&self.0);
+        PARTS.lock().unwrap_or_else(PoisonError::into_inner).retain(|p| *p != self.0);
     }
 }
 
@@ -34,20 +52,30 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut part_name = std::ffi::OsString::from(".");
     part_name.push(name);
     part_name.push(format!(".{}.tmp-lampyris", std::process::id()));
-    let part_path = path.with_file_name(part_name);
-    let mut part = Part(Some(part_path.clone()));
-    let mut file = fs::File::create(&part_path).map_err(|e| io_error(path, &e))?;
+    let part = Part::new(path.with_file_name(part_name));
+    let mut file = fs::File::create(&part.0).map_err(|e| io_error(path, &e))?;
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|e| io_error(path, &e))?;
     drop(file);
-    fs::rename(&part_path, path).map_err(|e| io_error(path, &e))?;
-    part.0 = None;
-    Ok(())
+    fs::rename(&part.0, path).map_err(|e| io_error(path, &e))
+}
+
+/// Says before the work what [`write()`] would find after it: a folder that is not there, or a folder in the file's place.
+///
+/// # Errors
+/// See above; the file and its folder are named.
+pub fn check_place(path: &Path) -> Result<()> {
+    let refuse = |why: String| Err(Error::new(format!("{} could not be written: {why}", path.display())));
+    match path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        Some(folder) if !folder.is_dir() => refuse(format!("{} is not a folder", folder.display())),
+        _ if path.is_dir() => refuse("it is a folder".into()),
+        _ => Ok(()),
+    }
 }
 
 /// Writes an RGBA8 picture as PNG with text entries (keyword, text).
 ///
 /// # Errors
-/// See [`write`].
+/// See [`write()`].
 pub fn write_png(path: &Path, size: [u32; 2], rgba8: &[u8], notes: &[(String, String)]) -> Result<()> {
     let mut bytes = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
@@ -118,7 +146,7 @@ pub fn exr_text(bytes: &[u8]) -> Vec<(String, String)> {
 /// Writes chosen layers of a picture as one EXR of f32 channels: the first layer as R, G, B, A, others as `name.R` ... or `name.Y`.
 ///
 /// # Errors
-/// See [`write`].
+/// See [`write()`].
 pub fn write_exr(path: &Path, picture: &Picture, layers: &[&str], notes: &[(String, String)]) -> Result<()> {
     let size = (picture.width as usize, picture.height as usize);
     let mut channels = Vec::new();

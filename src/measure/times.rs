@@ -62,10 +62,12 @@ impl FrameTimes {
 
     /// A sentence where the device's timestamps do not add up to the host's time, or are missing.
     pub fn complaint(&self) -> Option<String> {
+        if self.names.is_empty() {
+            return None;
+        }
         let nodes: Option<f64> = self.nodes().into_iter().map(|(_, ms)| ms).sum();
         let frame = self.frame().median;
         match nodes {
-            None if self.names.is_empty() => None,
             None => Some("this device has no timestamps: passes are not timed, frames are timed by the host".into()),
             Some(sum) if frame > 1.0 && (sum - frame).abs() > UNEXPLAINED * frame => {
                 Some(format!("timestamps add up to {sum:.2} ms of a {frame:.2} ms frame: trust the frame"))
@@ -91,6 +93,7 @@ mod tests {
         let times = |node| FrameTimes::new(vec!["a".into()], vec![10.0], vec![vec![node]]);
         assert_eq!(times(9.5).complaint(), None);
         assert!(times(2.0).complaint().is_some_and(|c| c.contains("2.00 ms of a 10.00 ms")));
+        assert_eq!(FrameTimes::new(Vec::new(), vec![9.0], vec![Vec::new()]).complaint(), None, "traced on the CPU");
         let none = FrameTimes::new(vec!["a".into()], vec![10.0], vec![vec![]]);
         assert!(none.complaint().is_some_and(|c| c.contains("no timestamps")));
     }

@@ -17,21 +17,30 @@ pub enum View {
     Raw(&'static str),
 }
 
-/// The view's picture and, where it has one, the range its colours stand for.
+/// A view's picture, display-linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// Rows from the top.
+    pub pixels: Vec<[f32; 4]>,
+    /// What the first and the last colour stand for, where colours stand for numbers.
+    pub range: Option<[f64; 2]>,
+}
+
+/// Draws the view.
 ///
 /// # Errors
 /// A layer that the frame did not leave.
-pub fn draw(picture: &Picture, view: View) -> Result<(Vec<[f32; 4]>, Option<[f64; 2]>)> {
+pub fn draw(picture: &Picture, view: View) -> Result<Shown> {
     let missing = |name: &str| Error::new(format!("the frame has no layer {name} to show"));
     match view {
-        View::Color(name) => Ok((picture.rgba(name).ok_or_else(|| missing(name))?, None)),
+        View::Color(name) => Ok(Shown { pixels: picture.rgba(name).ok_or_else(|| missing(name))?, range: None }),
         View::Direction(name) => {
             let rgba = picture.rgba(name).ok_or_else(|| missing(name))?;
             let shown = |p: &[f32; 4]| {
                 let covered = p[0] != 0.0 || p[1] != 0.0 || p[2] != 0.0;
                 if covered { linear([0, 1, 2].map(|i| f64::from(p[i]) * 0.5 + 0.5)) } else { [0.0; 4] }
             };
-            Ok((rgba.iter().map(shown).collect(), None))
+            Ok(Shown { pixels: rgba.iter().map(shown).collect(), range: None })
         }
         View::Distance(name) => {
             let rgba = picture.rgba(name).ok_or_else(|| missing(name))?;
@@ -46,13 +55,14 @@ pub fn draw(picture: &Picture, view: View) -> Result<(Vec<[f32; 4]>, Option<[f64
                     [0.0; 4]
                 }
             };
-            Ok((distances.iter().map(shown).collect(), (far > 0.0).then_some([near, far])))
+            Ok(Shown { pixels: distances.iter().map(shown).collect(), range: (far > 0.0).then_some([near, far]) })
         }
         View::Raw(name) => {
             let values = picture.layer(name).ok_or_else(|| missing(name))?;
             let most = f64::from(values.iter().copied().fold(0.0f32, f32::max));
             let scale = if most > 0.0 { 1.0 / most } else { 0.0 };
-            Ok((values.iter().map(|&v| linear([f64::from(v) * scale; 3])).collect(), Some([0.0, most])))
+            let pixels = values.iter().map(|&v| linear([f64::from(v) * scale; 3])).collect();
+            Ok(Shown { pixels, range: Some([0.0, most]) })
         }
     }
 }

@@ -9,7 +9,7 @@ use ash::vk;
 
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, SceneHandles};
-use crate::graph::access::{FragmentStorageRead, VertexStorageRead, VertexUniform};
+use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
 use crate::graph::{DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::plan::materials::Variant;
@@ -24,16 +24,13 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle 
     let extent = [plan.view.width, plan.view.height];
     let depth = graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient);
     // Only holes matter for depth: every opaque material shares one pipeline.
-    let (distinct, of_draw) = variants(plan, |v| Variant {
-        masked: v.masked,
-        textures: if v.masked { v.textures & shared::TEXTURE_BASE_COLOR } else { 0 },
-    });
+    let (distinct, of_draw) = variants(plan, |v| if v.masked { alpha_only(v) } else { Variant::default() });
     let any_masked = distinct.iter().any(|v| v.masked);
     let bindings = if any_masked {
         let set = depth_prepass_masked::Bindings {
             frame: VertexUniform(scene.frame),
             instances: VertexStorageRead(scene.instances),
-            materials: FragmentStorageRead(scene.materials),
+            materials: GraphicsStorageRead(scene.materials),
         };
         set.list()
     } else {
@@ -59,10 +56,23 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle 
     depth
 }
 
+/// What decides whether a masked fragment exists.
+fn alpha_only(variant: Variant) -> Variant {
+    Variant { textures: variant.textures & shared::TEXTURE_BASE_COLOR, unlit: false, ..variant }
+}
+
 fn pipeline(variant: Variant) -> GraphicsPipeline {
     let depth = Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true });
     if variant.masked {
-        let spec = depth_prepass_masked::Spec { TEXTURES: variant.textures, ALPHA_MASK: true };
+        let spec = depth_prepass_masked::Spec {
+            TEXTURES: variant.textures,
+            ALPHA_MASK: true,
+            UV_SETS: variant.uv_sets,
+            UV_TRANSFORMS: variant.uv_transforms,
+            VERTEX_COLORS: variant.vertex_colors,
+            UNLIT: true,
+            MIRRORED_LENS: false,
+        };
         let constants = spec.values();
         GraphicsPipeline { program: &depth_prepass_masked::PROGRAM, constants, colors: Vec::new(), depth }
     } else {

@@ -8,7 +8,9 @@
 use super::depth_prepass::COMPARE;
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
-use crate::graph::access::{FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsUniform, VertexStorageRead};
+use crate::graph::access::{
+    FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
+};
 use crate::graph::{
     Binding, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
 };
@@ -53,7 +55,7 @@ fn bindings(scene: &SceneHandles) -> Vec<Binding> {
     let set = forward::Bindings {
         frame: GraphicsUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
-        materials: FragmentStorageRead(scene.materials),
+        materials: GraphicsStorageRead(scene.materials),
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
@@ -122,6 +124,11 @@ fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipel
         SHADING: constants.shading,
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,
+        UV_SETS: variant.uv_sets,
+        UV_TRANSFORMS: variant.uv_transforms,
+        VERTEX_COLORS: variant.vertex_colors,
+        UNLIT: variant.unlit,
+        MIRRORED_LENS: plan.view.lens.mirrors(),
     };
     GraphicsPipeline {
         program: &forward::PROGRAM,

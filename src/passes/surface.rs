@@ -7,9 +7,10 @@
 use super::forward::depth_state;
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
-use crate::graph::access::{FragmentStorageRead, VertexStorageRead, VertexUniform};
+use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
 use crate::graph::{ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::Plan;
+use crate::plan::materials::Variant;
 use crate::shaders::shade::surface;
 
 /// Names of the layers, in attachment order: position.xyz and roughness, normal.xyz and occlusion, base colour and metalness,
@@ -30,11 +31,11 @@ pub fn add(
     let set = surface::Bindings {
         frame: VertexUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
-        materials: FragmentStorageRead(scene.materials),
+        materials: GraphicsStorageRead(scene.materials),
     };
     let pipelines = distinct.iter().map(|v| GraphicsPipeline {
         program: &surface::PROGRAM,
-        constants: surface::Spec { TEXTURES: v.textures, ALPHA_MASK: v.masked }.values(),
+        constants: constants(*v, plan.view.lens.mirrors()),
         colors: vec![RADIANCE_FORMAT; LAYERS.len()],
         depth: Some(depth_state(prepass.is_some())),
     });
@@ -52,4 +53,17 @@ pub fn add(
     graph.add("surface", Work::Render(render));
     let [a, b, c, d] = layers;
     [(LAYERS[0], a), (LAYERS[1], b), (LAYERS[2], c), (LAYERS[3], d), ("depth", depth)]
+}
+
+fn constants(variant: Variant, mirrored_lens: bool) -> Vec<(u32, u32)> {
+    let spec = surface::Spec {
+        TEXTURES: variant.textures,
+        ALPHA_MASK: variant.masked,
+        UV_SETS: variant.uv_sets,
+        UV_TRANSFORMS: variant.uv_transforms,
+        VERTEX_COLORS: variant.vertex_colors,
+        UNLIT: variant.unlit,
+        MIRRORED_LENS: mirrored_lens,
+    };
+    spec.values()
 }

@@ -52,6 +52,7 @@ fn lights(plan: &Plan) -> Effect {
     let count = plan.lights.count;
     let why = match count {
         0 => "no light reaches anything".to_string(),
+        _ if plan.technique == Technique::Reference => format!("{count} lights, in f64"),
         _ => format!(
             "{count} lights, {} bytes each, read by {} ({})",
             plan.lights.texels_each * 16,

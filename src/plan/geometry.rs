@@ -104,16 +104,15 @@ impl Geometry {
     /// Buffers past the device's limits, in one sentence.
     pub fn new(scene: &Scene, view: &View, materials: &Materials, limits: &Limits) -> Result<Self> {
         let mut geometry = Self { vertex_bytes: DEFAULT_ELEMENTS_BYTES, ..Self::default() };
-        let extents = view.lens.extents();
-        let lens_mirrors = (extents.left > extents.right) != (extents.bottom > extents.top);
         let mut groups: BTreeMap<(Variant, usize, usize, bool), Vec<usize>> = BTreeMap::new();
         for (index, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh];
             if mesh.indices.is_empty() {
                 continue;
             }
-            let mirrored = (instance.object_to_world.determinant() < 0.0) != lens_mirrors;
-            let key = (materials.variants[mesh.material], mesh.material, instance.mesh, mirrored);
+            let mirrored = (instance.object_to_world.determinant() < 0.0) != view.lens.mirrors();
+            let variant = Variant { vertex_colors: !mesh.colors.is_empty(), ..materials.variants[mesh.material] };
+            let key = (variant, mesh.material, instance.mesh, mirrored);
             groups.entry(key).or_default().push(index);
         }
         let mut place_of = BTreeMap::new();

@@ -53,6 +53,8 @@ pub struct LightTable {
     pub kinds: u32,
     /// See `Frame::light_remainder_step`.
     pub remainder_step: f32,
+    /// See `Frame::light_seek_limit`.
+    pub seek_limit: f32,
     /// Lights out of range are stepped over by a loop of their own; pointless where no light has a range.
     pub seek: bool,
     /// How shaders read them.
@@ -93,6 +95,15 @@ fn split(position: DVec3, step: f32) -> ([f32; 3], u32) {
     (rounded.to_array(), packed)
 }
 
+/// Limit of `light_out_of_range`. The shader's distance is that to the rounded position: off by at most e = sqrt(3) * 64 steps
+/// (half an ulp a component), and by a few ulp of the arithmetic. A surface inside the range R has d < R, so its rounded distance
+/// is under R + e: from (1 + e/R)^2 on, with 1e-5 for the arithmetic, nothing is inside.
+fn seek_limit(lighting: &Lighting, step: f32) -> f32 {
+    let shortest = lighting.lights.iter().map(|l| l.range).fold(f64::INFINITY, f64::min);
+    let off = 3f64.sqrt() * 64.0 * f64::from(step);
+    round_up((1.0 + off / shortest).powi(2) * (1.0 + 1e-5)).min(f32::MAX)
+}
+
 fn push(texels: &mut Vec<[f32; 4]>, light: &ResolvedLight, view: &View, texels_each: u32, step: f32) {
     let kind = kind_of(light);
     let rotate = |v: DVec3| view.world_to_view.transform_vector3(v).normalize();
@@ -125,8 +136,9 @@ impl LightTable {
     /// Rounds `lighting` to view space and f32 and chooses the fetch.
     ///
     /// # Errors
-    /// A fetch that was asked for and cannot hold the lights; more lights than a storage buffer binds.
+    /// A fetch that was asked for and cannot hold the lights; more lights than a storage buffer binds; an intensity past f32.
     pub fn new(lighting: &Lighting, view: &View, choice: FetchChoice, limits: &Limits) -> Result<Self> {
+        check_intensities(lighting)?;
         let kinds = lighting.lights.iter().fold(0, |k, l| k | kind_of(l));
         let spots = kinds & shared::KIND_SPOT != 0;
         let texels_each = if spots { shared::LIGHT_TEXELS_SPOT } else { shared::LIGHT_TEXELS_POINT };
@@ -143,12 +155,35 @@ impl LightTable {
             push(&mut texels, light, view, texels_each, step);
         }
         let seek = lighting.lights.iter().any(|l| l.range.is_finite());
-        Ok(Self { texels, count, texels_each, kinds, remainder_step: step, seek, fetch, fetch_why })
+        Ok(Self {
+            texels,
+            count,
+            texels_each,
+            kinds,
+            remainder_step: step,
+            seek_limit: seek_limit(lighting, step),
+            seek,
+            fetch,
+            fetch_why,
+        })
     }
 
     /// Bytes of the light buffer.
     pub fn bytes(&self) -> u64 {
         self.texels.len() as u64 * 16
+    }
+}
+
+/// Refuses what would be infinite on the device: colour and intensity each fit f32, their product may not.
+fn check_intensities(lighting: &Lighting) -> Result<()> {
+    let most = f64::from(f32::MAX);
+    match lighting.lights.iter().find(|l| l.intensity.max_element() > most) {
+        Some(light) => Err(Error::new(format!(
+            "a light at {} has colour times intensity {:e}, more than the {most:e} of 32-bit floats",
+            light.position,
+            light.intensity.max_element()
+        ))),
+        None => Ok(()),
     }
 }
 

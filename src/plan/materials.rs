@@ -24,12 +24,20 @@ pub struct Map {
 }
 
 /// What a pipeline is specialised for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Variant {
     /// Alpha is tested.
     pub masked: bool,
+    /// The base colour is the picture.
+    pub unlit: bool,
     /// Bits `TEXTURE_*`.
     pub textures: u32,
+    /// Bit t set: texture t reads UV set 1.
+    pub uv_sets: u32,
+    /// Some map has a transform.
+    pub uv_transforms: bool,
+    /// The mesh has vertex colours; decided with the mesh.
+    pub vertex_colors: bool,
 }
 
 /// All materials of a scene.
@@ -101,9 +109,6 @@ impl Materials {
             normal_scale: material.normal_scale,
             occlusion_strength: material.occlusion_strength,
             alpha_cutoff: if let AlphaMode::Mask(cutoff) = material.alpha { cutoff } else { -1.0 },
-            textures: bits,
-            uv_sets,
-            unlit: u32::from(material.unlit),
             uv_base_color_u: rows[0][0],
             uv_base_color_v: rows[0][1],
             uv_metallic_roughness_u: rows[1][0],
@@ -116,7 +121,14 @@ impl Materials {
             uv_emissive_v: rows[4][1],
         });
         self.maps.push(maps);
-        self.variants.push(Variant { masked, textures: bits });
+        self.variants.push(Variant {
+            masked,
+            unlit: material.unlit,
+            textures: bits,
+            uv_sets,
+            uv_transforms: rows.iter().any(|r| *r != IDENTITY_UV),
+            vertex_colors: false,
+        });
         self.double_sided.push(material.double_sided);
         Ok(())
     }

@@ -190,7 +190,7 @@ impl<'a> Reference<'a> {
     /// coordinates, right minus left in the pixel's own row and lower minus upper in its own column.
     fn weights(&self, [x, y]: [u32; 2], crossing: &Crossing) -> Weights {
         let corners = self.bvh.corners(crossing.triangle);
-        let toward = |i: u32| if i % 2 == 0 { 1.0 } else { -1.0 };
+        let toward = |i: u32| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let difference = |dx: f64, dy: f64| {
             let (origin, direction) = self.view.ray(f64::from(x) + dx, f64::from(y) + dy);
             (plane_weights(origin, direction, corners) - crossing.weights) * (dx + dy)

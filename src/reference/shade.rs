@@ -22,7 +22,7 @@ use crate::scene::shading::Shading;
 use crate::scene::view::View;
 
 /// Least squared distance to a light, in square metres.
-const MIN_DISTANCE_SQUARED: f64 = 1e-12;
+const MIN_DISTANCE_SQUARED: f64 = crate::shared::MIN_DISTANCE2 as f64;
 
 /// Reflectance of a dielectric seen head on.
 const DIELECTRIC_F0: f64 = 0.04;

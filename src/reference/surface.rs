@@ -15,7 +15,7 @@ use super::texture::{Encoding, Footprint, Textures};
 use crate::scene::{Material, Mesh, Texture};
 
 /// Least perceptual roughness: below it a highlight is narrower than a pixel ever shows.
-pub const MIN_ROUGHNESS: f64 = 0.045;
+pub const MIN_ROUGHNESS: f64 = crate::shared::MIN_ROUGHNESS as f64;
 
 /// Squared length, relative to what it is a part of, under which a direction counts as absent.
 const ABSENT: f64 = 1e-12;

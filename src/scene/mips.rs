@@ -73,7 +73,7 @@ fn taps(size: usize, index: usize) -> Taps {
     if size == 1 {
         return Taps { first: 0, count: 1, weights: [1.0, 0.0, 0.0] };
     }
-    if size % 2 == 0 {
+    if size.is_multiple_of(2) {
         return Taps { first: 2 * index, count: 2, weights: [0.5, 0.5, 0.0] };
     }
     // The texel covers size / half parent texels from index * size / half on.

@@ -121,7 +121,7 @@ fn check_mesh(mesh: &Mesh, materials: &[Material]) -> Result<()> {
     if let Some(at) = mesh.tangents.iter().position(|t| t[3].abs() != 1.0) {
         return wrong(format!("tangents[{at}] has the sign {}", mesh.tangents[at][3]));
     }
-    if mesh.indices.len() % 3 != 0 {
+    if !mesh.indices.len().is_multiple_of(3) {
         return wrong(format!("{} indices are not whole triangles", mesh.indices.len()));
     }
     if let Some(at) = mesh.indices.iter().position(|index| *index as usize >= count) {

@@ -54,6 +54,12 @@ impl Lens {
         }
     }
 
+    /// True where the picture is a mirror image.
+    pub fn mirrors(&self) -> bool {
+        let e = self.extents();
+        (e.left > e.right) != (e.bottom > e.top)
+    }
+
     /// True for a perspective lens.
     pub fn is_perspective(&self) -> bool {
         matches!(self, Self::Perspective(_))

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 /// Name, and what it shows with its parameters, their defaults and ranges.
 pub const NAMES: &[(&str, &str)] = &[
     ("cornell", "box of 5.5 m with a red and a green wall, two blocks and a lit ceiling panel"),
-    ("atrium", "two-storey court with arcades and curtains, no lights of its own; detail=1 (1, 2, 3 or 4)"),
+    ("atrium", "two-storey court with arcades and curtains, 256 coloured point lights; detail=1 (1, 2, 3 or 4)"),
     ("corridor", "a lit and a dark room, thin walls; door=0.9 (opening in m, 0 to 1.2; under 0.001 no door)"),
     ("terrain", "200 m of hills with houses and trees under a sun; albedo=0.5 (0 to 1), detail=1 (1, 2 or 3)"),
     ("furnace", "closed emitting room whose radiance is 1 everywhere; albedo=0.5 (0 to 1; at 1 nothing emits)"),

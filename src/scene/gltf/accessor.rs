@@ -4,6 +4,8 @@
 
 use std::collections::HashMap;
 
+use ::gltf::json::accessor as codes;
+
 use super::budget::Budget;
 use super::buffers::Buffers;
 use super::document::Document;
@@ -65,13 +67,13 @@ pub(super) struct Accessors<'a> {
 
 impl Component {
     fn parse(value: Value<'_>) -> Result<Self> {
-        Ok(match value.index()? {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
+        Ok(match value.code()? {
+            codes::BYTE => Self::I8,
+            codes::UNSIGNED_BYTE => Self::U8,
+            codes::SHORT => Self::I16,
+            codes::UNSIGNED_SHORT => Self::U16,
+            codes::UNSIGNED_INT => Self::U32,
+            codes::FLOAT => Self::F32,
             other => return Err(value.error(format_args!("{other} is not a component type"))),
         })
     }
@@ -198,7 +200,7 @@ impl<'a> Accessors<'a> {
         let count = accessor.require("count")?.index()?;
         let component = Component::parse(accessor.require("componentType")?)?;
         let kind = accessor.require("type")?;
-        let width = match &*kind.text()? {
+        let width = match kind.text()? {
             "SCALAR" => 1,
             "VEC2" => 2,
             "VEC3" => 3,

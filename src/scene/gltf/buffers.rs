@@ -109,10 +109,10 @@ fn from_uri<'a>(
     budget: &mut Budget,
 ) -> Result<Blob<'a>> {
     let text = uri.text()?;
-    if let Some(bytes) = uri::data(&text).map_err(|e| e.within(uri.path()))? {
+    if let Some(bytes) = uri::data(text).map_err(|e| e.within(uri.path()))? {
         return Ok(Blob::Bytes(Cow::Owned(bytes)));
     }
-    let path = uri::file(&text, base).map_err(|e| e.within(uri.path()))?;
+    let path = uri::file(text, base).map_err(|e| e.within(uri.path()))?;
     // Different spellings of one path are one file.
     let path = path.canonicalize().unwrap_or(path);
     if let Some(other) = files.get(&path) {

@@ -1,41 +1,41 @@
-//! The arrays of a glTF document, each with the place of every element, so that any element is one step away.
+//! The arrays of a glTF document, any element of which is one step away.
 
 use super::json::{Json, Value};
 use crate::error::Result;
 
 /// One of the arrays that other parts of the document refer into.
 pub(super) struct Array<'a> {
-    json: &'a Json<'a>,
     name: &'static str,
-    ids: Vec<u32>,
+    /// `None` where the file has no such array.
+    list: Option<Value<'a>>,
+    len: usize,
 }
 
 impl<'a> Array<'a> {
-    fn new(json: &'a Json<'a>, holder: Option<Value<'a>>, name: &'static str) -> Result<Self> {
-        let array = match holder {
+    fn new(holder: Option<Value<'a>>, name: &'static str) -> Result<Self> {
+        let list = match holder {
             Some(holder) => holder.get(name)?,
             None => None,
         };
-        let mut ids = Vec::new();
-        if let Some(array) = array {
-            ids.reserve_exact(array.elements()?.count());
-            ids.extend(array.elements()?.map(Value::id));
-        }
-        Ok(Self { json, name, ids })
+        let len = match list {
+            Some(list) => list.elements()?.len(),
+            None => 0,
+        };
+        Ok(Self { name, list, len })
     }
 
     pub(super) fn len(&self) -> usize {
-        self.ids.len()
+        self.len
     }
 
     /// Element `index`, where there is one.
     pub(super) fn at(&self, index: usize) -> Option<Value<'a>> {
-        self.ids.get(index).map(|id| self.json.value(*id))
+        self.list?.element(index)
     }
 
     /// Every element.
     pub(super) fn iter(&self) -> impl Iterator<Item = Value<'a>> + '_ {
-        self.ids.iter().map(|id| self.json.value(*id))
+        (0..self.len).filter_map(|index| self.at(index))
     }
 
     /// The element that the number `reference` names, and that number.
@@ -46,11 +46,9 @@ impl<'a> Array<'a> {
         let index = reference.index()?;
         match self.at(index) {
             Some(element) => Ok((index, element)),
-            None => Err(reference.error(format_args!(
-                "{index} is out of range, the file has {} {}",
-                self.ids.len(),
-                self.name
-            ))),
+            None => {
+                Err(reference.error(format_args!("{index} is out of range, the file has {} {}", self.len, self.name)))
+            }
         }
     }
 }
@@ -76,7 +74,7 @@ pub(super) struct Document<'a> {
 impl<'a> Document<'a> {
     /// # Errors
     /// A version other than 2.x, or a member that should be an array and is not.
-    pub(super) fn new(json: &'a Json<'a>) -> Result<Self> {
+    pub(super) fn new(json: &'a Json) -> Result<Self> {
         let root = json.root();
         let asset = root.require("asset")?;
         let version = asset.require("version")?;
@@ -88,7 +86,7 @@ impl<'a> Document<'a> {
         {
             return Err(least.error("is not supported, only glTF 2.0"));
         }
-        let array = |name| Array::new(json, Some(root), name);
+        let array = |name| Array::new(Some(root), name);
         Ok(Self {
             root,
             accessors: array("accessors")?,
@@ -96,7 +94,7 @@ impl<'a> Document<'a> {
             buffers: array("buffers")?,
             cameras: array("cameras")?,
             images: array("images")?,
-            lights: Array::new(json, root.extension("KHR_lights_punctual")?, "lights")?,
+            lights: Array::new(root.extension("KHR_lights_punctual")?, "lights")?,
             materials: array("materials")?,
             meshes: array("meshes")?,
             nodes: array("nodes")?,

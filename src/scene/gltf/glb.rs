@@ -1,4 +1,8 @@
 //! The binary container (glTF 2.0, section 4): header, JSON chunk, optional BIN chunk.
+//!
+//! Not the `gltf` crate's `Glb::from_slice` (1.4.1): it subtracts 12 from the header's length unchecked, which panics
+//! for lengths below 12 where overflow is checked; it reads chunks past that length, to the end of the slice; and it
+//! refuses a second chunk of unknown kind, which section 4.4.3 says to ignore. Its errors name no lengths.
 
 use crate::error::{Error, Result};
 

@@ -2,7 +2,7 @@
 //!
 //! A header may promise any size, so it is weighed against the bytes behind it before anything is allocated. Deflate
 //! expands at most 1032 times, so a PNG's own samples cannot be more than that many times its file; a JPEG needs at
-//! least one bit for a block of 64 samples, which with chroma subsampling is under 2048 channel values a byte. All
+//! least one bit for a block of 64 samples, so a byte stands for at most 512 pixels. All
 //! pictures of a scene together take at most 64 MiB + 1100 times the bytes read, and never more than 2 GiB: a hostile
 //! file can reach that, and so can a legitimate one that holds one colour.
 
@@ -11,14 +11,10 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::PathBuf;
 
-use image::codecs::png::PngDecoder;
-use image::{
-    ColorType, DynamicImage, GrayAlphaImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbImage,
-    RgbaImage,
-};
+use image::{ImageFormat, ImageReader};
 
 use super::json::{Value, shorten};
-use super::{Loader, uri};
+use super::{Loader, decode, uri};
 use crate::error::Result;
 use crate::scene::Image;
 
@@ -26,9 +22,8 @@ use crate::scene::Image;
 const MAX_SIDE: u32 = 16384;
 
 const PNG_EXPANSION: u64 = 1032;
-const JPEG_EXPANSION: u64 = 2048;
-/// Small pictures are not worth a refusal.
-const HEADER_ALLOWANCE: u64 = 64 << 10;
+/// Pixels that a byte of JPEG can stand for: one bit for a block of 64, and chroma at most halved either way beside it.
+const JPEG_PIXELS: u64 = 512;
 
 const TOTAL_BASE: u64 = 64 << 20;
 const TOTAL_EXPANSION: u64 = 1100;
@@ -82,10 +77,10 @@ impl<'a> Loader<'a> {
         } else {
             let place = image.require("uri")?;
             let text = place.text()?;
-            if let Some(bytes) = uri::data(&text).map_err(|e| e.within(place.path()))? {
+            if let Some(bytes) = uri::data(text).map_err(|e| e.within(place.path()))? {
                 (None, Cow::Owned(bytes))
             } else {
-                let path = uri::file(&text, self.base).map_err(|e| e.within(place.path()))?;
+                let path = uri::file(text, self.base).map_err(|e| e.within(place.path()))?;
                 let source = Source::File(path.canonicalize().unwrap_or_else(|_| path.clone()));
                 if let Some(known) = self.pictures.by_source.get(&source) {
                     return Ok(*known);
@@ -93,7 +88,7 @@ impl<'a> Loader<'a> {
                 let bytes = uri::read(&path).map_err(|e| e.within(place.path()))?;
                 self.budget.add_file(bytes.len());
                 if name.is_empty() {
-                    name = shorten(&text).to_owned();
+                    name = shorten(text).to_owned();
                 }
                 (Some(source), Cow::Owned(bytes))
             }
@@ -130,7 +125,7 @@ impl<'a> Loader<'a> {
             _ => {
                 let (width, height) =
                     ImageReader::with_format(Cursor::new(bytes), format).into_dimensions().map_err(undecodable)?;
-                Some((width, height, u64::from(width) * u64::from(height) * 3 / JPEG_EXPANSION))
+                Some((width, height, u64::from(width) * u64::from(height) / JPEG_PIXELS))
             }
         };
         let Some((width, height, least_bytes)) = size else {
@@ -139,31 +134,23 @@ impl<'a> Loader<'a> {
         if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
             return Err(image.error(format_args!("the picture is {width}x{height}, each side may be 1 to {MAX_SIDE}")));
         }
-        if least_bytes > bytes.len() as u64 + HEADER_ALLOWANCE {
+        if least_bytes > bytes.len() as u64 {
             return Err(image.error(format_args!("{} bytes cannot hold a picture of {width}x{height}", bytes.len())));
         }
         let rgba8_bytes = u64::from(width) * u64::from(height) * 4;
         self.count_decoded(image, rgba8_bytes)?;
-        // Sixteen bits a channel take twice the bytes before they are cut to eight; profiles and texts come on top.
-        let mut limits = Limits::no_limits();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(2 * rgba8_bytes + (16 << 20));
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits.clone());
-        let decoded = match reader.decode() {
-            Ok(picture) => picture.into_rgba8(),
-            Err(e) if format == ImageFormat::Png && is_truncated(&e) => {
-                let (picture, rows) = truncated_png(bytes, limits).ok_or_else(|| undecodable(e))?;
-                let path = image.path();
-                self.notes.say(format!(
-                    "{path}: the picture is truncated, {rows} of its {height} rows are there; the last one fills the rest"
-                ));
-                picture
-            }
-            Err(e) => return Err(undecodable(e)),
+        let decoded = match format {
+            ImageFormat::Png => decode::png(bytes, width, height),
+            _ => decode::jpeg(bytes, width, height).map_err(|e| e.to_string()),
         };
-        Ok(Some((decoded.width(), decoded.height(), decoded.into_raw())))
+        let decoded = decoded.map_err(|e| image.error(format_args!("the picture cannot be decoded: {e}")))?;
+        if decoded.rows < height {
+            let (path, rows) = (image.path(), decoded.rows);
+            self.notes.say(format!(
+                "{path}: the picture is truncated, {rows} of its {height} rows are there; the last one fills the rest"
+            ));
+        }
+        Ok(Some((width, height, decoded.rgba8)))
     }
 
     fn count_decoded(&mut self, image: Value<'a>, bytes: u64) -> Result<()> {
@@ -192,44 +179,6 @@ fn png_size(bytes: &[u8]) -> Option<(u32, u32, u64)> {
     };
     let samples = u64::from(width).saturating_mul(u64::from(height)).saturating_mul(channels);
     Some((width, height, samples.saturating_mul(u64::from(header[8])) / 8 / PNG_EXPANSION))
-}
-
-fn is_truncated(error: &image::ImageError) -> bool {
-    match error {
-        image::ImageError::IoError(e) => e.kind() == std::io::ErrorKind::UnexpectedEof,
-        image::ImageError::Decoding(e) => e.to_string().contains("end of file"),
-        _ => false,
-    }
-}
-
-/// The rows of an 8-bit PNG that ends early, the last whole one repeated to the bottom, and their number; `None` where there is
-/// no whole row.
-fn truncated_png(bytes: &[u8], limits: Limits) -> Option<(image::RgbaImage, u32)> {
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).ok()?;
-    let (width, height) = decoder.dimensions();
-    let channels = match decoder.color_type() {
-        ColorType::L8 => 1,
-        ColorType::La8 => 2,
-        ColorType::Rgb8 => 3,
-        ColorType::Rgba8 => 4,
-        _ => return None,
-    };
-    let row_bytes = width as usize * channels;
-    let mut samples = vec![0; row_bytes.checked_mul(height as usize)?];
-    // The decoder fails, but leaves what it has read; rows after that are still zero.
-    decoder.read_image(&mut samples).err()?;
-    let touched = samples.iter().rposition(|&b| b != 0)? / row_bytes;
-    // The last row that was touched may be half there.
-    let rows = touched.max(1);
-    let last = samples[(rows - 1) * row_bytes..rows * row_bytes].to_vec();
-    samples[rows * row_bytes..].chunks_exact_mut(row_bytes).for_each(|row| row.copy_from_slice(&last));
-    let picture = match channels {
-        1 => GrayImage::from_raw(width, height, samples).map(DynamicImage::from),
-        2 => GrayAlphaImage::from_raw(width, height, samples).map(DynamicImage::from),
-        3 => RgbImage::from_raw(width, height, samples).map(DynamicImage::from),
-        _ => RgbaImage::from_raw(width, height, samples).map(DynamicImage::from),
-    };
-    Some((picture?.into_rgba8(), rows as u32))
 }
 
 /// WebP, KTX2, Basis, AVIF, DDS and GIF by their first bytes.

@@ -1,32 +1,34 @@
-//! A JSON text kept as it is, with eight bytes a value that say where it begins and where the next one is.
+//! `serde_json`'s tree of a JSON text, with values that know their place in it.
 //!
-//! A tree of owned values costs 30 to 300 bytes for the three bytes of `{},`; this list costs at most four bytes a byte
-//! of text, so the loader's memory bound (see [`super::budget`]) holds for any text. Numbers and strings are read when
-//! they are asked for, and the path of a value (`accessors[12].byteOffset`) is worked out only when an error needs it.
+//! The tree costs many times its text, so [`tree_bytes`] bounds it before it is built (see [`super::budget`]). The
+//! path of a value (`accessors[12].byteOffset`) is worked out only when a message needs it.
 
-use std::borrow::Cow;
 use std::fmt;
 
-use super::json_scan::{Token, scan};
+use serde_json::Value as Node;
+
+use super::json_error::explain;
 use crate::error::{Error, Result};
 
-/// Longest object that is searched: no glTF object has a tenth of this many members, and a search is linear.
-const MAX_MEMBERS: usize = 256;
+/// Deepest nesting that the parser takes; glTF needs about ten.
+const MAX_DEPTH: usize = 128;
 
 /// Longest piece of the file that a message repeats, in bytes.
 const QUOTE_BYTES: usize = 64;
 
-/// A scanned text.
-pub(super) struct Json<'a> {
-    text: &'a str,
-    tokens: Vec<Token>,
+/// Most bytes that an allocator rounds up a small block by, its own notes included.
+const BLOCK_BYTES: usize = 32;
+
+/// A parsed text.
+pub(super) struct Json {
+    root: Node,
 }
 
 /// One value of a [`Json`].
 #[derive(Clone, Copy)]
 pub(super) struct Value<'a> {
-    json: &'a Json<'a>,
-    token: u32,
+    root: &'a Node,
+    node: &'a Node,
 }
 
 /// `text` cut to a length that suits a message.
@@ -38,90 +40,62 @@ pub(super) fn shorten(text: &str) -> &str {
     &text[..end]
 }
 
-impl<'a> Json<'a> {
-    /// Checks the whole of `bytes` (UTF-8, with or without a byte order mark).
+/// No fewer bytes than the tree of `text` takes, also while it is built.
+///
+/// While a container grows, the old and the new block stand side by side. A list has room for 4 elements from the
+/// first one on and then for twice as many each time: at most 4 + 3 (n - 1) for n elements. An object has room for 3,
+/// 7, 14 ... members: at most 3 n, and 60 bytes a member of its hash table. Outside strings, members are colons, and
+/// the elements after the first of their list are the commas that no object has; an object has one comma fewer than
+/// colons, so those are at most commas - colons + braces. A mark inside a string only adds, since a member costs more
+/// than an element.
+pub(super) fn tree_bytes(text: &[u8]) -> u64 {
+    // Blocks: an element may be a string; a list has one itself; an object has two, and each member a name.
+    const ELEMENT: u64 = (3 * size_of::<Node>() + BLOCK_BYTES) as u64;
+    const FIRST: u64 = (4 * size_of::<Node>() + 2 * BLOCK_BYTES) as u64;
+    const MEMBER: u64 = (3 * size_of::<(usize, String, Node)>() + 60 + 4 * BLOCK_BYTES) as u64;
+    let (mut colons, mut brackets, mut others) = (0_u64, 0_u64, 0_u64);
+    for byte in text {
+        match byte {
+            b':' => colons += 1,
+            b'[' => brackets += 1,
+            b',' | b'{' => others += 1,
+            _ => {}
+        }
+    }
+    text.len() as u64 + colons * (MEMBER - ELEMENT) + brackets * FIRST + others * ELEMENT
+}
+
+impl Json {
+    /// Parses `bytes` (UTF-8, with or without a byte order mark). Of members with one name the last counts.
     ///
     /// # Errors
-    /// Text that is not JSON, or nested deeper than 128, with the byte where that shows.
-    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self> {
+    /// Text that is not JSON, or nested too deeply, with the field, line and column where that shows.
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF".as_slice()).unwrap_or(bytes);
-        let text = std::str::from_utf8(bytes)
-            .map_err(|e| Error::new(format!("the JSON text is not UTF-8 at byte {}", e.valid_up_to())))?;
-        Ok(Self { text, tokens: scan(text)? })
+        match serde_json::from_slice(bytes) {
+            Ok(root) => Ok(Self { root }),
+            Err(e) => Err(explain(bytes, &e)),
+        }
     }
 
     /// The outermost value.
-    pub(super) fn root(&'a self) -> Value<'a> {
-        Value { json: self, token: 0 }
-    }
-
-    /// The value at a number that [`Value::id`] gave.
-    pub(super) fn value(&'a self, id: u32) -> Value<'a> {
-        Value { json: self, token: id }
+    pub(super) fn root(&self) -> Value<'_> {
+        Value { root: &self.root, node: &self.root }
     }
 }
 
 impl<'a> Value<'a> {
-    /// A number that stands for this value in its [`Json`].
-    pub(super) fn id(self) -> u32 {
-        self.token
-    }
-
-    fn start(self) -> usize {
-        self.json.tokens[self.token as usize].start as usize
-    }
-
-    /// The value after this one, wherever that is.
-    fn skip(self) -> Self {
-        Self { json: self.json, token: self.json.tokens[self.token as usize].next }
-    }
-
-    fn first_inside(self) -> Self {
-        Self { json: self.json, token: self.token + 1 }
-    }
-
-    /// The text from this value's first byte on.
-    fn rest(self) -> &'a str {
-        &self.json.text[self.start()..]
-    }
-
-    fn first_byte(self) -> u8 {
-        self.json.text.as_bytes()[self.start()]
-    }
-
-    fn is_null(self) -> bool {
-        self.first_byte() == b'n'
-    }
-
-    /// The bytes between a string's quotes, escapes as written.
-    fn raw_string(self) -> &'a str {
-        let inside = &self.rest()[1..];
-        let bytes = inside.as_bytes();
-        let mut end = 0;
-        while end < bytes.len() && bytes[end] != b'"' {
-            end += if bytes[end] == b'\\' { 2 } else { 1 };
-        }
-        inside.get(..end).unwrap_or(inside)
-    }
-
-    fn is_key(self, key: &str) -> bool {
-        self.rest()[1..].strip_prefix(key).is_some_and(|rest| rest.starts_with('"'))
+    fn at(self, node: &'a Node) -> Self {
+        Self { root: self.root, node }
     }
 
     /// The member called `key`; `None` where there is none or it is `null`.
     ///
     /// # Errors
-    /// This value is not an object, or has more than 256 members.
+    /// This value is not an object.
     pub(super) fn get(self, key: &str) -> Result<Option<Self>> {
-        for (count, (name, value)) in self.members()?.enumerate() {
-            if count == MAX_MEMBERS {
-                return Err(self.error(format_args!("has more than {MAX_MEMBERS} members")));
-            }
-            if name.is_key(key) {
-                return Ok((!value.is_null()).then_some(value));
-            }
-        }
-        Ok(None)
+        let members = self.node.as_object().ok_or_else(|| self.error("is not an object"))?;
+        Ok(members.get(key).filter(|node| !node.is_null()).map(|node| self.at(node)))
     }
 
     /// The member called `key`, which must be there.
@@ -137,146 +111,88 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// Names and values of an object, in the text's order.
-    pub(super) fn members(self) -> Result<impl Iterator<Item = (Self, Self)> + use<'a>> {
-        if self.first_byte() != b'{' {
-            return Err(self.error("is not an object"));
-        }
-        let end = self.skip().token;
-        let mut at = self.first_inside();
-        Ok(std::iter::from_fn(move || {
-            (at.token < end).then(|| {
-                let name = at;
-                let value = name.skip();
-                at = value.skip();
-                (name, value)
-            })
-        }))
-    }
-
     /// Elements of an array.
-    pub(super) fn elements(self) -> Result<impl Iterator<Item = Self> + use<'a>> {
-        if self.first_byte() != b'[' {
-            return Err(self.error("is not an array"));
-        }
-        let end = self.skip().token;
-        let mut at = self.first_inside();
-        Ok(std::iter::from_fn(move || {
-            (at.token < end).then(|| {
-                let value = at;
-                at = value.skip();
-                value
-            })
-        }))
+    pub(super) fn elements(self) -> Result<impl ExactSizeIterator<Item = Self> + use<'a>> {
+        let list = self.node.as_array().ok_or_else(|| self.error("is not an array"))?;
+        Ok(list.iter().map(move |node| self.at(node)))
     }
 
-    /// A string with its escapes resolved.
-    pub(super) fn text(self) -> Result<Cow<'a, str>> {
-        if self.first_byte() != b'"' {
-            return Err(self.error("is not a string"));
-        }
-        let raw = self.raw_string();
-        if !raw.contains('\\') {
-            return Ok(Cow::Borrowed(raw));
-        }
-        unescape(raw).map(Cow::Owned).ok_or_else(|| self.error("has an escape that is not JSON's"))
+    /// Element `index` of an array, where there is one.
+    pub(super) fn element(self, index: usize) -> Option<Self> {
+        self.node.get(index).map(|node| self.at(node))
+    }
+
+    /// A string.
+    pub(super) fn text(self) -> Result<&'a str> {
+        self.node.as_str().ok_or_else(|| self.error("is not a string"))
     }
 
     /// A short string for messages and names: the member called `name`, or `otherwise`.
     pub(super) fn name_or(self, otherwise: impl FnOnce() -> String) -> Result<String> {
         Ok(match self.get("name")? {
-            Some(name) if !name.text()?.is_empty() => shorten(&name.text()?).to_owned(),
+            Some(name) if !name.text()?.is_empty() => shorten(name.text()?).to_owned(),
             _ => otherwise(),
         })
     }
 
-    fn number_text(self) -> Result<&'a str> {
-        let rest = self.rest();
-        let end = rest.bytes().position(|b| !b.is_ascii_digit() && !matches!(b, b'+' | b'-' | b'.' | b'e' | b'E'));
-        let text = &rest[..end.unwrap_or(rest.len())];
-        if text.is_empty() { Err(self.error("is not a number")) } else { Ok(text) }
-    }
-
-    /// A finite number.
+    /// A number; all that the parser takes are finite.
     pub(super) fn number(self) -> Result<f64> {
-        let text = self.number_text()?;
-        match text.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self.error(format_args!("{} is not a finite number", shorten(text)))),
-        }
+        self.node.as_f64().ok_or_else(|| self.error("is not a number"))
     }
 
     /// A number that is finite as f32 too.
     pub(super) fn float(self) -> Result<f32> {
-        let number = self.number()? as f32;
-        if number.is_finite() {
-            return Ok(number);
+        let number = self.number()?;
+        let float = number as f32;
+        if float.is_finite() {
+            return Ok(float);
         }
-        Err(self.error(format_args!("{} is not a finite number in 32 bits", shorten(self.number_text()?))))
+        Err(self.error(format_args!("{number:e} is not a finite number in 32 bits")))
     }
 
     /// Exactly `N` numbers.
     pub(super) fn floats<const N: usize>(self) -> Result<[f32; N]> {
+        let elements = self.elements()?;
+        let count = elements.len();
         let mut floats = [0.0; N];
-        let mut count = 0;
-        for element in self.elements()? {
-            if let Some(slot) = floats.get_mut(count) {
-                *slot = element.float()?;
-            }
-            count += 1;
+        for (slot, element) in floats.iter_mut().zip(elements) {
+            *slot = element.float()?;
         }
         if count == N { Ok(floats) } else { Err(self.error(format_args!("has {count} numbers instead of {N}"))) }
     }
 
     /// A whole number from 0 to 2^53, also when written as `3.0`.
     pub(super) fn index(self) -> Result<usize> {
-        let text = self.number_text()?;
-        if let Ok(index) = text.parse::<usize>() {
+        let number = self.number()?;
+        if let Some(index) = self.node.as_u64().and_then(|index| usize::try_from(index).ok()) {
             return Ok(index);
         }
-        match self.number()? {
-            number if (0.0..=9.0e15).contains(&number) && number.fract() == 0.0 => Ok(number as usize),
-            _ => Err(self.error(format_args!("{} is not a whole number from 0 on", shorten(text)))),
+        if (0.0..=9.0e15).contains(&number) && number.fract() == 0.0 {
+            return Ok(number as usize);
         }
+        Err(self.error(format_args!("{} is not a whole number from 0 on", self.node)))
+    }
+
+    /// One of OpenGL's numbers, by which glTF names types, modes and filters.
+    pub(super) fn code(self) -> Result<u32> {
+        let index = self.index()?;
+        u32::try_from(index).map_err(|_| self.error(format_args!("{index} does not fit 32 bits")))
     }
 
     /// `true` or `false`.
     pub(super) fn boolean(self) -> Result<bool> {
-        match self.first_byte() {
-            b't' => Ok(true),
-            b'f' => Ok(false),
-            _ => Err(self.error("is neither true nor false")),
-        }
+        self.node.as_bool().ok_or_else(|| self.error("is neither true nor false"))
     }
 
     /// Where the value stands, as `nodes[3].rotation`.
     pub(super) fn path(self) -> String {
         let mut path = String::new();
-        let mut at = self.json.root();
-        while at.token < self.token {
-            let is_object = at.first_byte() == b'{';
-            let (mut child, mut position) = (at.first_inside(), 0);
-            let mut name = child;
-            loop {
-                if is_object {
-                    name = child;
-                    child = name.skip();
-                }
-                if child.skip().token > self.token {
-                    break;
-                }
-                child = child.skip();
-                position += 1;
-            }
-            if is_object {
-                let dot = if path.is_empty() { "" } else { "." };
-                path.push_str(&format!("{dot}{}", shorten(name.raw_string())));
-            } else {
-                path.push_str(&format!("[{position}]"));
-            }
-            at = child;
+        // Messages are mostly about values near the root, so those are looked at first.
+        let _ = (0..=MAX_DEPTH).any(|depth| find(self.root, self.node, depth, &mut path));
+        match path.strip_prefix('.').unwrap_or(&path) {
+            "" => "the outermost value".into(),
+            path => path.into(),
         }
-        if path.is_empty() { "the outermost value".into() } else { path }
     }
 
     /// `path: what`.
@@ -292,46 +208,29 @@ impl fmt::Display for Value<'_> {
     }
 }
 
-/// RFC 8259, section 7; `None` for an escape it does not have, or half a surrogate pair.
-fn unescape(raw: &str) -> Option<String> {
-    let mut text = String::with_capacity(raw.len());
-    let mut rest = raw;
-    while let Some(at) = rest.find('\\') {
-        text.push_str(&rest[..at]);
-        let escape = *rest.as_bytes().get(at + 1)?;
-        rest = rest.get(at + 2..)?;
-        match escape {
-            b'"' | b'\\' | b'/' => text.push(escape as char),
-            b'b' => text.push('\u{8}'),
-            b'f' => text.push('\u{c}'),
-            b'n' => text.push('\n'),
-            b'r' => text.push('\r'),
-            b't' => text.push('\t'),
-            b'u' => {
-                let (unit, after) = code_unit(rest)?;
-                rest = after;
-                if (0xD800..0xDC00).contains(&unit) {
-                    let (low, after) = code_unit(rest.strip_prefix("\\u")?)?;
-                    rest = after;
-                    let low = low.checked_sub(0xDC00).filter(|low| *low < 0x400)?;
-                    text.push(char::from_u32(0x1_0000 + ((unit - 0xD800) << 10) + low)?);
-                } else {
-                    text.push(char::from_u32(unit)?);
-                }
-            }
-            _ => return None,
+/// Puts the steps from `at` down to the very node `target` before `path`; false where it is not within `depth` steps.
+fn find(at: &Node, target: &Node, depth: usize, path: &mut String) -> bool {
+    if std::ptr::eq(at, target) {
+        return true;
+    }
+    let Some(depth) = depth.checked_sub(1) else {
+        return false;
+    };
+    let step = match at {
+        Node::Array(list) => {
+            list.iter().position(|node| find(node, target, depth, path)).map(|index| format!("[{index}]"))
         }
-    }
-    text.push_str(rest);
-    Some(text)
-}
-
-fn code_unit(text: &str) -> Option<(u32, &str)> {
-    let digits = text.get(..4)?;
-    if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return None;
-    }
-    Some((u32::from_str_radix(digits, 16).ok()?, &text[4..]))
+        Node::Object(members) => members
+            .iter()
+            .find(|(_, node)| find(node, target, depth, path))
+            .map(|(name, _)| format!(".{}", shorten(name))),
+        _ => None,
+    };
+    let Some(step) = step else {
+        return false;
+    };
+    path.insert_str(0, &step);
+    true
 }
 
 #[cfg(test)]
@@ -339,7 +238,7 @@ mod tests {
     use super::*;
 
     const TEXT: &str =
-        r#"{"a":[1,{"b":"x\u00e9\n\ud83d\ude00","c":null}],"d":{"e":-1.5e2,"f":true,"g":3.0,"h":1e999},"i":[]}"#;
+        r#"{"a":[1,{"b":"x\u00e9\n\ud83d\ude00","c":null}],"d":{"e":-1.5e2,"f":true,"g":3.0,"h":1e39},"i":[],"e":0}"#;
 
     #[test]
     fn values_are_found_and_named() {
@@ -349,32 +248,78 @@ mod tests {
         let second = a.elements().unwrap().nth(1).unwrap();
         let b = second.require("b").unwrap();
         assert_eq!(b.text().unwrap(), "x\u{e9}\n\u{1F600}");
-        assert_eq!(b.path(), "a[1].b");
-        assert!(second.get("c").unwrap().is_none());
+        assert_eq!((b.path().as_str(), root.path().as_str()), ("a[1].b", "the outermost value"));
+        assert_eq!(a.element(1).unwrap().path(), "a[1]");
+        assert!(second.get("c").unwrap().is_none() && a.element(2).is_none());
         let d = root.require("d").unwrap();
         assert_eq!(d.require("e").unwrap().number().unwrap(), -150.0);
+        assert_eq!(d.require("e").unwrap().path(), "d.e");
         assert!(d.require("f").unwrap().boolean().unwrap());
         assert_eq!(d.require("g").unwrap().index().unwrap(), 3);
-        let e = d.require("h").unwrap().number().unwrap_err().to_string();
-        assert_eq!(e, "d.h: 1e999 is not a finite number");
+        let e = d.require("h").unwrap().float().unwrap_err().to_string();
+        assert_eq!(e, "d.h: 1e39 is not a finite number in 32 bits");
         assert_eq!(root.require("i").unwrap().elements().unwrap().count(), 0);
         assert_eq!(d.require("z").err().unwrap().to_string(), "d: has no z");
         assert_eq!(a.floats::<3>().unwrap_err().to_string(), "a[1]: is not a number");
+        assert_eq!(root.require("i").unwrap().floats::<2>().unwrap_err().to_string(), "i: has 0 numbers instead of 2");
     }
 
     #[test]
     fn wrong_kinds_are_refused() {
-        let json = Json::parse(br#"{"s":"\x","n":-1,"half":"\ud800"}"#).unwrap();
+        let json = Json::parse(br#"{"n":-1,"f":0.5,"big":4294967296,"n\u0061":[0,1]}"#).unwrap();
         let root = json.root();
-        assert!(root.require("s").unwrap().text().is_err());
-        assert!(root.require("half").unwrap().text().is_err());
-        assert!(root.require("n").unwrap().index().is_err());
-        assert!(root.require("n").unwrap().get("x").is_err());
-        assert!(root.elements().is_err());
-        let many: String = (0..300).map(|i| format!("\"k{i}\":0,")).collect();
-        let text = format!("{{{many}\"last\":1}}");
-        let json = Json::parse(text.as_bytes()).unwrap();
-        assert!(json.root().get("last").is_err());
-        assert!(json.root().get("k7").unwrap().is_some());
+        let n = root.require("n").unwrap();
+        assert_eq!(n.index().unwrap_err().to_string(), "n: -1 is not a whole number from 0 on");
+        assert!(root.require("f").unwrap().index().is_err());
+        assert!(n.get("x").is_err() && n.text().is_err() && n.boolean().is_err());
+        assert!(root.elements().is_err() && root.element(0).is_none());
+        let big = root.require("big").unwrap();
+        assert_eq!(big.index().unwrap(), 1 << 32);
+        assert_eq!(big.code().unwrap_err().to_string(), "big: 4294967296 does not fit 32 bits");
+        assert_eq!(root.require("na").unwrap().elements().unwrap().len(), 2);
+    }
+
+    #[test]
+    fn the_last_of_equal_names_counts() {
+        let json = Json::parse(b"\xEF\xBB\xBF{\"a\":1,\"b\":2,\"a\":3}").unwrap();
+        assert_eq!(json.root().require("a").unwrap().index().unwrap(), 3);
+    }
+
+    /// Bytes that a node's blocks take, but for hash tables and what allocators add.
+    fn block_bytes(node: &Node) -> usize {
+        match node {
+            Node::String(text) => text.capacity(),
+            Node::Array(list) => list.capacity() * size_of::<Node>() + list.iter().map(block_bytes).sum::<usize>(),
+            Node::Object(members) => {
+                let room = if members.is_empty() { 0 } else { members.len().max(3) };
+                let inside = members.iter().map(|(name, node)| name.len() + block_bytes(node)).sum::<usize>();
+                room * size_of::<(usize, String, Node)>() + inside
+            }
+            _ => 0,
+        }
+    }
+
+    #[test]
+    fn the_tree_takes_no_more_than_was_said() {
+        for piece in [
+            "[]",
+            "{}",
+            "0",
+            "\"\"",
+            "[0]",
+            "[[[[0]]]]",
+            "[0,0,0,0,0]",
+            "{\"\":0}",
+            "{\"a\":{\"b\":[{\"c\":\"d\"}]}}",
+            "{\"a\":0,\"b\":1,\"c\":2,\"d\":3}",
+            "\"[[::,,{{::::\"",
+        ] {
+            for count in [1, 4, 5, 1025] {
+                let text = format!("[{}]", vec![piece; count].join(","));
+                let (said, json) = (tree_bytes(text.as_bytes()), Json::parse(text.as_bytes()).unwrap());
+                let taken = block_bytes(&json.root) as u64;
+                assert!(taken <= said, "{count} of {piece}: {taken} bytes, {said} said");
+            }
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! Materials and textures (glTF 2.0, sections 3.8 and 3.9; KHR_texture_transform, KHR_materials_emissive_strength,
 //! KHR_materials_unlit).
 
+use ::gltf::json::texture as codes;
+
 use super::Loader;
 use super::json::Value;
 use super::notes::Note;
@@ -85,7 +87,7 @@ impl<'a> Loader<'a> {
         let Some(mode) = material.get("alphaMode")? else {
             return Ok(AlphaMode::Opaque);
         };
-        match &*mode.text()? {
+        match mode.text()? {
             "OPAQUE" => Ok(AlphaMode::Opaque),
             "MASK" => Ok(AlphaMode::Mask(cutoff)),
             "BLEND" => {
@@ -182,31 +184,29 @@ fn read_sampler(sampler: Value<'_>) -> Result<Sampler> {
         let Some(value) = sampler.get(key)? else {
             return Ok(Wrap::Repeat);
         };
-        match value.index()? {
-            10497 => Ok(Wrap::Repeat),
-            33071 => Ok(Wrap::ClampToEdge),
-            33648 => Ok(Wrap::MirroredRepeat),
+        match value.code()? {
+            codes::REPEAT => Ok(Wrap::Repeat),
+            codes::CLAMP_TO_EDGE => Ok(Wrap::ClampToEdge),
+            codes::MIRRORED_REPEAT => Ok(Wrap::MirroredRepeat),
             other => Err(value.error(format_args!("{other} is not a wrapping mode"))),
         }
     };
-    let filter = |key: &str, default: usize| -> Result<usize> {
+    let filter = |key: &str, valid: &[u32], default: u32| -> Result<u32> {
         let Some(value) = sampler.get(key)? else {
             return Ok(default);
         };
-        match value.index()? {
-            filter @ (9728 | 9729) => Ok(filter),
-            filter @ 9984..=9987 if key == "minFilter" => Ok(filter),
-            other => Err(value.error(format_args!("{other} is not a filter"))),
-        }
+        let filter = value.code()?;
+        if valid.contains(&filter) { Ok(filter) } else { Err(value.error(format_args!("{filter} is not a filter"))) }
     };
-    let (min, mag) = (filter("minFilter", 9987)?, filter("magFilter", 9729)?);
+    let min = filter("minFilter", codes::VALID_MIN_FILTERS, codes::LINEAR_MIPMAP_LINEAR)?;
+    let mag = filter("magFilter", codes::VALID_MAG_FILTERS, codes::LINEAR)?;
     Ok(Sampler {
         wrap_u: wrap("wrapS")?,
         wrap_v: wrap("wrapT")?,
-        mag_linear: mag == 9729,
-        min_linear: matches!(min, 9729 | 9985 | 9987),
-        mipmapped: min >= 9984,
-        mip_linear: matches!(min, 9986 | 9987),
+        mag_linear: mag == codes::LINEAR,
+        min_linear: matches!(min, codes::LINEAR | codes::LINEAR_MIPMAP_NEAREST | codes::LINEAR_MIPMAP_LINEAR),
+        mipmapped: !matches!(min, codes::NEAREST | codes::LINEAR),
+        mip_linear: matches!(min, codes::NEAREST_MIPMAP_LINEAR | codes::LINEAR_MIPMAP_LINEAR),
     })
 }
 

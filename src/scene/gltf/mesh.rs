@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use ::gltf::json::mesh as codes;
+
 use super::Loader;
 use super::accessor::Reader;
 use super::json::Value;
@@ -87,12 +89,12 @@ impl<'a> Loader<'a> {
         let Some(mode) = primitive.get("mode")? else {
             return Ok(Some(Mode::List));
         };
-        match mode.index()? {
-            0 => self.notes.add(Note::Points),
-            1..=3 => self.notes.add(Note::Lines),
-            4 => return Ok(Some(Mode::List)),
-            5 => return Ok(Some(Mode::Strip)),
-            6 => return Ok(Some(Mode::Fan)),
+        match mode.code()? {
+            codes::POINTS => self.notes.add(Note::Points),
+            codes::LINES | codes::LINE_LOOP | codes::LINE_STRIP => self.notes.add(Note::Lines),
+            codes::TRIANGLES => return Ok(Some(Mode::List)),
+            codes::TRIANGLE_STRIP => return Ok(Some(Mode::Strip)),
+            codes::TRIANGLE_FAN => return Ok(Some(Mode::Fan)),
             other => return Err(mode.error(format_args!("{other} is not a primitive mode"))),
         }
         Ok(None)
@@ -147,7 +149,7 @@ impl<'a> Loader<'a> {
     }
 
     fn note_incomplete(&mut self, mode: Mode, count: usize) {
-        let incomplete = if mode == Mode::List { count % 3 != 0 } else { count < 3 };
+        let incomplete = if mode == Mode::List { !count.is_multiple_of(3) } else { count < 3 };
         self.notes.add_many(Note::IncompleteTriangles, incomplete.into());
     }
 

@@ -1,8 +1,8 @@
 //! glTF 2.0 files, as `.gltf` with its companions or as `.glb`, whatever is in them.
 //!
-//! The text is scanned by this module's own reader: the `gltf` crate's document takes 30 to 300 times the bytes of a
-//! hostile text, cuts indices to 32 bits, and names no field in its errors. No input makes the loader panic, and its
-//! memory is bounded by its input (`budget.rs`, `images.rs`).
+//! `serde_json` parses the text, and the parts here walk its tree: the typed document of the `gltf` crate cuts indices
+//! to 32 bits and names no field in its errors. From that crate come the numbers that glTF has from OpenGL. No input
+//! makes the loader panic, and its memory is bounded by its input (`budget.rs`, `images.rs`).
 //!
 //! A file either becomes a valid [`Scene`] or one sentence that names file, field and index. What is dropped, replaced
 //! or not supported stands in [`Scene::warnings`], once a kind with its count.
@@ -25,11 +25,12 @@ use crate::error::{Error, Result};
 mod accessor;
 mod budget;
 mod buffers;
+mod decode;
 mod document;
 mod glb;
 mod images;
 mod json;
-mod json_scan;
+mod json_error;
 mod material;
 mod mesh;
 mod nodes;
@@ -87,11 +88,12 @@ fn read(bytes: &[u8], base: Option<&Path>, name: &str) -> Result<Scene> {
         return Err(Error::new("the file is empty"));
     }
     let (text, chunk) = glb::split(bytes)?;
+    let mut budget = Budget::new(bytes.len());
+    budget.charge_tree(json::tree_bytes(text), text.len())?;
     let json = Json::parse(text)?;
     let document = Document::new(&json)?;
     let mut notes = Notes::default();
     unsupported::check(&document, &mut notes)?;
-    let mut budget = Budget::new(bytes.len());
     let buffers = Buffers::load(&document, chunk, base, &mut budget)?;
     let mut loader = Loader {
         document: &document,

@@ -47,7 +47,7 @@ impl<'a> Loader<'a> {
 
 fn read_light(light: Value<'_>, name: String, world: DMat4) -> Result<Light> {
     let kind_name = light.require("type")?;
-    let kind = match &*kind_name.text()? {
+    let kind = match kind_name.text()? {
         "directional" => LightKind::Directional,
         "point" => LightKind::Point,
         "spot" => read_cone(light)?,
@@ -93,7 +93,7 @@ fn read_cone(light: Value<'_>) -> Result<LightKind> {
 
 fn read_projection(camera: Value<'_>) -> Result<Projection> {
     let kind = camera.require("type")?;
-    match &*kind.text()? {
+    match kind.text()? {
         "perspective" => {
             let lens = camera.require("perspective")?;
             let yfov = lens.require("yfov")?;

@@ -37,8 +37,8 @@ pub(super) fn check(document: &Document<'_>, notes: &mut Notes) -> Result<()> {
     if let Some(required) = document.root.get("extensionsRequired")? {
         for name in required.elements()? {
             let text = name.text()?;
-            if !SUPPORTED.contains(&&*text) {
-                return Err(name.error(format_args!("the file requires {}, which is not supported", shorten(&text))));
+            if !SUPPORTED.contains(&text) {
+                return Err(name.error(format_args!("the file requires {}, which is not supported", shorten(text))));
             }
         }
     }
@@ -47,10 +47,10 @@ pub(super) fn check(document: &Document<'_>, notes: &mut Notes) -> Result<()> {
     if let Some(used) = document.root.get("extensionsUsed")? {
         for name in used.elements()? {
             let text = name.text()?;
-            if SUPPORTED.contains(&&*text) || COUNTED.contains(&&*text) {
+            if SUPPORTED.contains(&text) || COUNTED.contains(&text) {
                 continue;
             }
-            if text.starts_with("KHR_materials_") { looks.add(&text) } else { names.add(&text) }
+            if text.starts_with("KHR_materials_") { looks.add(text) } else { names.add(text) }
         }
     }
     if let Some(names) = names.sentence() {

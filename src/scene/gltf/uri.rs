@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::json::shorten;
 use crate::error::{Error, Result};
 
-/// Largest file that is read: lengths inside a GLB file are 32 bits, and so are positions in a JSON text here.
+/// Largest file that is read, as lengths inside a GLB file are 32 bits.
 const MAX_FILE_BYTES: u64 = u32::MAX as u64;
 
 /// The bytes of a `data:` URI; `None` where `uri` is of another kind.

@@ -1,5 +1,5 @@
 //! A court of 30 m x 12 m x 14 m between two storeys of arcades, in the class of the Sponza palace: many small surfaces,
-//! long views between columns, an open roof. It has no lights; `--lights` scatters them.
+//! long views between columns, an open roof. 256 coloured point lights are scattered in it; `--lights` scatters others.
 //!
 //! An arcade is described in its own frame: x along it, +y up, +z towards the court, the line of its columns at
 //! z = -distance. Four such frames, a quarter turn apart, make the court.

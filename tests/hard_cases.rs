@@ -1,0 +1,381 @@
+//! The table of hard cases, row by row. Those that need a device are rows of `check`; the others are values and sentences.
+
+use glam::{DVec3, Vec3};
+use lampyris::Result;
+use lampyris::math::random::Random;
+use lampyris::plan::{CameraChoice, Limits, Plan, Request};
+use lampyris::reference::render::Reference;
+use lampyris::reference::shade::Shader;
+use lampyris::scene::lighting::{Attenuation, LightRules, Lighting, RangeRule};
+use lampyris::scene::view::{Extents, Lens, View};
+use lampyris::scene::{
+    AlphaMode, Camera, IDENTITY_UV, Image, Light, LightKind, Projection, Sampler, Scene, Texture, builtin, gltf,
+};
+
+use crate::support::run;
+
+#[test]
+fn l1_spot_cones_of_every_angle() {
+    run("spot_cones");
+}
+
+#[test]
+fn l2_light_ends_at_its_range_bit_for_bit() {
+    run("range_edge");
+}
+
+#[test]
+fn l2_light_on_the_surface_is_finite() {
+    run("light_on_surface");
+}
+
+#[test]
+fn l3_many_lights_and_weak_beside_strong() {
+    run("many_lights");
+}
+
+#[test]
+fn l4_surfaces_without_directions() {
+    run("surface_fallbacks");
+}
+
+#[test]
+fn l6_cameras_far_from_the_origin() {
+    run("far_camera");
+}
+
+#[test]
+fn l9_radiance_over_all_of_f32() {
+    run("radiance_range");
+}
+
+#[test]
+fn l10_every_distance_law_on_the_device() {
+    run("attenuations");
+}
+
+#[test]
+fn t9_nodes_that_mirror_and_stretch() {
+    run("node_transforms");
+}
+
+#[test]
+fn p7_lenses_of_every_kind() {
+    run("lenses");
+}
+
+fn lamp() -> Light {
+    Light {
+        name: "lamp".into(),
+        kind: LightKind::Spot { inner: 0.2, outer: 0.5 },
+        color: [1.0; 3],
+        intensity: 100.0,
+        position: DVec3::new(0.0, 1.0, 0.0),
+        direction: DVec3::NEG_Y,
+        range: None,
+    }
+}
+
+/// A room with a spot light and a point light, a texture on everything.
+fn room() -> Scene {
+    let mut scene = builtin::load("furnace").expect("a built-in scene");
+    scene.lights = vec![lamp(), Light { kind: LightKind::Point, ..lamp() }];
+    scene.images.push(Image { name: "white".into(), width: 1, height: 1, rgba8: vec![255; 4] });
+    for material in &mut scene.materials {
+        material.base_color_texture =
+            Some(Texture { image: 0, sampler: Sampler::default(), uv_set: 0, uv_transform: IDENTITY_UV });
+    }
+    for mesh in &mut scene.meshes {
+        mesh.uvs[0] = vec![[0.25, 0.75]; mesh.positions.len()];
+    }
+    scene
+}
+
+/// A spot light on a node of one scale.
+fn scaled_lamp(scale: &str) -> String {
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["KHR_lights_punctual"],
+        "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot","name":"lamp","range":3,"spot":{{}}}}]}}}},
+        "nodes":[{{"scale":[{scale},{scale},{scale}],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}]}}"#
+    )
+}
+
+#[test]
+fn l1_axes_that_are_no_direction_are_refused_by_name() {
+    for axis in [DVec3::ZERO, DVec3::X * 1e-20, DVec3::X * 1e20] {
+        let mut scene = room();
+        scene.lights[0].direction = axis;
+        let said = scene.validate().expect_err("no direction").to_string();
+        assert!(said.contains("light 0 \"lamp\"") && said.contains("axis"), "{axis}: {said}");
+    }
+    // In a file the axis is the node's, so its length is the node's scale.
+    for scale in ["1e-20", "1", "1e20"] {
+        let scene = gltf::load_slice(scaled_lamp(scale).as_bytes(), None, "lamp.gltf").expect(scale);
+        assert!((scene.lights[0].direction - DVec3::NEG_Z).length() < 1e-15, "{scale}");
+    }
+    let said = gltf::load_slice(scaled_lamp("0").as_bytes(), None, "lamp.gltf").expect_err("no axis").to_string();
+    assert!(said.contains("lamp.gltf") && said.contains("\"lamp\"") && said.contains("axis"), "{said}");
+}
+
+/// What a request makes of a scene without a device: a sentence, or whether every number is finite.
+fn outcome(scene: &Scene, request: &Request) -> Result<bool> {
+    scene.validate()?;
+    let plan = Plan::new(scene, request, &Limits::UNLIMITED)?;
+    // 1 / range^2 may be infinite: that light reaches nothing.
+    let lights = plan.lights.texels.iter().enumerate().all(|(i, texel)| {
+        let is_place = i as u32 % plan.lights.texels_each == 0;
+        texel[..3].iter().all(|x| x.is_finite()) && (texel[3].is_finite() || is_place && texel[3] == f32::INFINITY)
+    });
+    let lens = plan.view.view_to_clip().as_mat4().is_finite();
+    let reference = Reference::new(scene, &plan.view)?;
+    let picture = reference.render(&Shader::new(&plan.lighting, &plan.view, plan.shading), &|_| {});
+    Ok(lights && lens && picture.rgba.iter().flatten().all(|x| x.is_finite()))
+}
+
+/// NaN, infinite, negative, denormal in f32, denormal in f64 (and 0 in f32).
+const NUMBERS: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 1e-40, 1e-310];
+
+type Spoil = fn(&mut Scene, &mut Request, f64);
+
+/// Each number in each field: the refusal has one of the field's words, or the picture is finite.
+fn refused_or_finite(fields: &[(&str, Spoil)]) {
+    let mut wrong = Vec::new();
+    for (words, spoil) in fields {
+        for number in NUMBERS {
+            let (mut scene, mut request) = (room(), Request { width: 8, height: 6, ..Request::default() });
+            spoil(&mut scene, &mut request, number);
+            match outcome(&scene, &request) {
+                Ok(true) => {}
+                Ok(false) => wrong.push(format!("{words} = {number:e}: accepted, and not finite")),
+                Err(error) if words.split('|').any(|word| error.to_string().contains(word)) => {}
+                Err(error) => wrong.push(format!("{words} = {number:e}: not named: {error}")),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn l8_numbers_of_lights() {
+    refused_or_finite(&[
+        ("color", |s, _, x| s.lights[0].color[1] = x as f32),
+        ("intensity", |s, _, x| s.lights[0].intensity = x as f32),
+        ("position", |s, _, x| s.lights[1].position.y = x),
+        ("axis", |s, _, x| s.lights[0].direction.x = x),
+        ("axis", |s, _, x| s.lights[1].direction.x = x),
+        ("range", |s, _, x| s.lights[0].range = Some(x as f32)),
+        ("cone", |s, _, x| s.lights[0].kind = LightKind::Spot { inner: x as f32, outer: 0.5 }),
+        ("cone", |s, _, x| s.lights[0].kind = LightKind::Spot { inner: 0.0, outer: x as f32 }),
+    ]);
+}
+
+#[test]
+fn l8_numbers_of_materials() {
+    refused_or_finite(&[
+        ("base_color", |s, _, x| s.materials[0].base_color[2] = x as f32),
+        ("metallic", |s, _, x| s.materials[0].metallic = x as f32),
+        ("roughness", |s, _, x| s.materials[0].roughness = x as f32),
+        ("normal_scale", |s, _, x| s.materials[0].normal_scale = x as f32),
+        ("occlusion_strength", |s, _, x| s.materials[0].occlusion_strength = x as f32),
+        ("emissive", |s, _, x| s.materials[0].emissive[0] = x as f32),
+        ("alpha cut-off", |s, _, x| s.materials[0].alpha = AlphaMode::Mask(x as f32)),
+        ("uv_transform", |s, _, x| {
+            if let Some(texture) = &mut s.materials[0].base_color_texture {
+                texture.uv_transform[0][2] = x as f32;
+            }
+        }),
+    ]);
+}
+
+fn perspective(scene: &mut Scene, yfov: f64, aspect: Option<f64>, znear: f64, zfar: Option<f64>) {
+    scene.cameras[0].projection = Projection::Perspective { yfov, aspect, znear, zfar };
+}
+
+fn orthographic(scene: &mut Scene, xmag: f64, ymag: f64, znear: f64, zfar: f64) {
+    scene.cameras[0].projection = Projection::Orthographic { xmag, ymag, znear, zfar };
+}
+
+#[test]
+fn l8_numbers_of_cameras() {
+    refused_or_finite(&[
+        ("yfov|field of view", |s, _, x| perspective(s, x, None, 0.1, None)),
+        ("aspect", |s, _, x| perspective(s, 1.0, Some(x), 0.1, None)),
+        ("znear", |s, _, x| perspective(s, 1.0, None, x, None)),
+        ("zfar", |s, _, x| perspective(s, 1.0, None, 0.1, Some(x))),
+        ("xmag", |s, _, x| orthographic(s, x, 1.0, 0.1, 9.0)),
+        ("ymag", |s, _, x| orthographic(s, 1.0, x, 0.1, 9.0)),
+        ("znear", |s, _, x| orthographic(s, 1.0, 1.0, x, 9.0)),
+        ("zfar", |s, _, x| orthographic(s, 1.0, 1.0, 0.1, x)),
+        ("matrix", |s, _, x| s.cameras[0].camera_to_world.w_axis.x = x),
+        ("matrix", |s, _, x| s.cameras[0].camera_to_world.x_axis.x = x),
+    ]);
+}
+
+#[test]
+fn l8_numbers_of_requests() {
+    fn law(request: &mut Request, constant: f64, linear: f64, quadratic: f64) {
+        request.rules.attenuation = Attenuation { constant, linear, quadratic };
+    }
+    refused_or_finite(&[
+        ("--light-range", |_, r, x| r.rules.range = RangeRule::Fixed(x)),
+        ("--light-cutoff", |_, r, x| r.rules.range = RangeRule::Cutoff(x)),
+        ("--ambient", |_, r, x| r.rules.ambient = Vec3::new(0.0, x as f32, 0.0)),
+        ("--attenuation", |_, r, x| law(r, x, 0.0, 0.0)),
+        ("--attenuation", |_, r, x| law(r, 0.0, x, 0.0)),
+        ("--attenuation", |_, r, x| law(r, 0.0, 0.0, x)),
+        ("--look-from", |_, r, x| r.camera = CameraChoice::LookAt(DVec3::new(x, 0.0, 1.0), DVec3::ZERO, 1.0)),
+        ("--look-at", |_, r, x| r.camera = CameraChoice::LookAt(DVec3::ONE, DVec3::new(x, 0.0, 0.0), 1.0)),
+        ("--fov|field of view", |_, r, x| r.camera = CameraChoice::LookAt(DVec3::ONE, DVec3::ZERO, x)),
+    ]);
+}
+
+#[test]
+fn l9_intensities_past_f32_are_refused() {
+    let mut scene = room();
+    (scene.lights[0].color, scene.lights[0].intensity) = ([1e30; 3], 1e8);
+    Plan::new(&scene, &Request::default(), &Limits::UNLIMITED).expect("1e38 fits f32");
+    scene.lights[0].intensity = 1e9;
+    let said = Plan::new(&scene, &Request::default(), &Limits::UNLIMITED).expect_err("1e39 does not").to_string();
+    assert!(said.contains("intensity"), "{said}");
+}
+
+/// `c + l d + q d^2` over `intensity / cutoff`, less 1.
+fn residual(law: &Attenuation, ratio: f64, d: f64) -> f64 {
+    ((law.constant + d * (law.linear + d * law.quadratic)) / ratio - 1.0).abs()
+}
+
+/// The denominator has no negative term, so putting the distance back rounds by some 1e-16 whatever its parts are.
+const RESIDUAL: f64 = 1e-12;
+
+#[test]
+fn l10_solved_ranges_put_back_into_the_law() {
+    let cutoff = 5.0 / 256.0;
+    for [constant, linear, quadratic] in
+        [[1.0, 0.7, 0.0], [1.0, 0.7, 1.8], [0.0, 0.0, 1.0], [1.0, 1.0, 1e-12], [0.0, 1.0, 1e-300], [51.0, 1e-9, 1e-9]]
+    {
+        let law = Attenuation { constant, linear, quadratic };
+        let d = law.solve_range(1.0, cutoff);
+        assert!(residual(&law, 1.0 / cutoff, d) <= RESIDUAL, "{law:?}: {d}");
+        assert!((law.falloff(d) / cutoff - 1.0).abs() <= RESIDUAL, "{law:?}: {d}");
+    }
+    let mut random = Random::new(10);
+    let mut power = |low: f64, high: f64| 10f64.powf(random.range(low, high));
+    for _ in 0..10_000 {
+        let ratio = power(-6.0, 12.0);
+        let constant = ratio * (1.0 - power(-9.0, 0.0));
+        let law = Attenuation { constant, linear: power(-15.0, 15.0), quadratic: power(-15.0, 15.0) };
+        let d = law.solve_range(ratio * cutoff, cutoff);
+        assert!(residual(&law, ratio, d) <= RESIDUAL, "{law:?}, {ratio}: {d}");
+    }
+    // The textbook root loses most digits here, and the measure shows it.
+    let (linear, quadratic, target) = (1.0f64, 1e-12, 50.2);
+    let textbook = ((linear * linear + 4.0 * quadratic * target).sqrt() - linear) / (2.0 * quadratic);
+    let law = Attenuation { constant: 1.0, linear, quadratic };
+    assert!(residual(&law, 1.0 / cutoff, textbook) > 1e3 * RESIDUAL, "{textbook}");
+}
+
+#[test]
+fn l10_ranges_past_f64_are_infinite_or_right() {
+    let physical = Attenuation::PHYSICAL;
+    assert_eq!(physical.solve_range(1.0, 0.0), f64::INFINITY);
+    assert_eq!(physical.solve_range(1e6, 1e-310), f64::INFINITY, "the ratio itself is infinite");
+    // 1e308 fits f64, four times as much does not.
+    assert!((physical.solve_range(1.0, 1e-308) / 1e154 - 1.0).abs() < RESIDUAL);
+    let linear = Attenuation { constant: 0.0, linear: 1e200, quadratic: 0.0 };
+    assert!((linear.solve_range(1.0, 1e-300) / 1e100 - 1.0).abs() < RESIDUAL);
+}
+
+#[test]
+fn l10_absent_and_unbounded_lights_are_counted_and_said() {
+    let solved = |[constant, linear, quadratic]: [f64; 3]| {
+        let mut scene = room();
+        scene.lights = vec![Light { kind: LightKind::Point, intensity: 1.0, ..lamp() }];
+        let attenuation = Attenuation { constant, linear, quadratic };
+        let rules = LightRules { attenuation, ..LightRules::default() };
+        let lighting = Lighting::new(&scene, &rules).expect("good rules");
+        let request = Request { width: 8, height: 6, rules, ..Request::default() };
+        let notes = Plan::new(&scene, &request, &Limits::UNLIMITED).expect("a plan").notes.join("; ");
+        (lighting.absent, lighting.unbounded, lighting.lights.len(), notes)
+    };
+    // 1 cd over the cut-off of 5/256 is 51.2.
+    for [constant, linear] in [[51.2, 0.0], [51.2, 1.0], [60.0, 0.0]] {
+        let (absent, unbounded, present, notes) = solved([constant, linear, 0.0]);
+        assert_eq!((absent, unbounded, present), (1, 0, 0), "K_c {constant}");
+        assert!(notes.contains("1 lights never rise"), "{notes}");
+    }
+    let (absent, unbounded, present, notes) = solved([51.1, 0.0, 0.0]);
+    assert_eq!((absent, unbounded, present), (0, 1, 1));
+    assert!(notes.contains("no finite range"), "{notes}");
+    let (absent, unbounded, present, notes) = solved([1.0, 0.7, 1.8]);
+    assert_eq!((absent, unbounded, present), (0, 0, 1));
+    assert!(!notes.contains("no finite range") && !notes.contains("never rise"), "{notes}");
+}
+
+#[test]
+fn t9_scaled_cameras_stay_rigid_and_ranges_stay_as_given() {
+    let camera = |scale: &str| {
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"camera":0,"scale":[{scale}],"translation":[1,2,3],
+            "rotation":[0.1,-0.7,0.2,0.678233]}}],
+            "cameras":[{{"type":"perspective","perspective":{{"yfov":0.7,"znear":0.05}}}}]}}"#
+        );
+        let mut scene = gltf::load_slice(text.as_bytes(), None, "camera.gltf").expect("a camera");
+        scene.cameras.remove(0)
+    };
+    let straight = camera("1,1,1");
+    for scale in ["2,3,0.5", "-1,1,1", "-2,3,0.5", "1e-6,1e-6,1e-6", "1e6,1,1e6"] {
+        let scaled = camera(scale);
+        assert!(scaled.camera_to_world.abs_diff_eq(straight.camera_to_world, 1e-12), "{scale}: {scaled:?}");
+        assert_eq!(scaled.projection, straight.projection);
+    }
+    // KHR_lights_punctual: a node's scale does not change what a light reaches.
+    for scale in ["1", "-2", "1e3"] {
+        let scene = gltf::load_slice(scaled_lamp(scale).as_bytes(), None, "lamp.gltf").expect(scale);
+        assert_eq!(scene.lights[0].range, Some(3.0), "{scale}");
+    }
+}
+
+/// Column, row and depth 1..0 at which the rasteriser puts a point.
+fn projected(view: &View, point: DVec3) -> DVec3 {
+    let clip = view.view_to_clip() * point.extend(1.0);
+    let ndc = clip.truncate() / clip.w;
+    let pixel = |ndc: f64, size: u32| 0.5 * (ndc + 1.0) * f64::from(size) - 0.5;
+    DVec3::new(pixel(ndc.x, view.width), pixel(ndc.y, view.height), ndc.z)
+}
+
+#[test]
+fn p7_rays_and_clip_space_agree_off_centre() {
+    let (perspective, flat) = (
+        Projection::Perspective { yfov: 0.8, aspect: None, znear: 0.1, zfar: Some(900.0) },
+        Projection::Orthographic { xmag: 1.0, ymag: 1.0, znear: -2.0, zfar: 900.0 },
+    );
+    let extents = [
+        [-0.7, 0.7, -0.5, 0.5],
+        [-0.3, 1.1, -0.9, 0.2],
+        [2.0, 3.0, -2.0, -1.5],
+        [0.7, -0.7, -0.5, 0.5],
+        [-0.3, 1.1, 0.2, -0.9],
+    ];
+    for projection in [perspective, flat] {
+        let camera = Camera { projection, ..Camera::looking(DVec3::ONE, DVec3::ZERO, 1.0) };
+        let mut view = View::new(&camera, 64, 48).expect("a good camera");
+        for [left, right, bottom, top] in extents {
+            let extents = Extents { left, right, bottom, top };
+            let perspective = view.lens.is_perspective();
+            view.lens = if perspective { Lens::Perspective(extents) } else { Lens::Orthographic(extents) };
+            let (near, far) = (view.znear, view.zfar.unwrap_or(f64::INFINITY));
+            // Corners of the picture, centres of its corner pixels, and a point between.
+            let points = [-0.5, 0.0, 17.3, 63.0, 63.5].map(|x| [-0.5, 0.0, 31.9, 47.0, 47.5].map(|y| (x, y)));
+            for (x, y) in points.into_iter().flatten() {
+                let (origin, direction) = view.ray(x, y);
+                for (distance, depth) in [(near, Some(1.0)), (1.0, None), (700.0, None), (far, Some(0.0))] {
+                    let found = projected(&view, origin + direction * distance);
+                    let off = (found.x - x).abs().max((found.y - y).abs());
+                    assert!(off <= 1e-12, "{extents:?}, ({x}, {y}) at {distance} m: {found}");
+                    assert!(depth.is_none_or(|d| (found.z - d).abs() <= 1e-12), "{distance} m: depth {}", found.z);
+                    assert!((-1e-12..=1.0 + 1e-12).contains(&found.z), "{distance} m: depth {}", found.z);
+                }
+            }
+        }
+    }
+}
