@@ -11,5 +11,6 @@ mod controls;
 mod documents;
 mod fuzz;
 mod graph_properties;
+mod hard_cases;
 mod layering;
 mod pictures;

@@ -44,9 +44,13 @@ impl Attenuation {
         if target.is_nan() || target <= 0.0 {
             return 0.0;
         }
-        let discriminant = self.linear * self.linear + 4.0 * self.quadratic * target;
-        let denominator = self.linear + discriminant.sqrt();
-        if denominator > 0.0 { 2.0 * target / denominator } else { f64::INFINITY }
+        if target == f64::INFINITY {
+            return f64::INFINITY;
+        }
+        // hypot: squares of the terms may pass f64 although the root does not.
+        let half = 0.5 * self.linear;
+        let denominator = half + half.hypot(self.quadratic.sqrt() * target.sqrt());
+        if denominator > 0.0 { target / denominator } else { f64::INFINITY }
     }
 
     /// `1 / max(c + l d + q d^2, MIN_FALLOFF)`.

@@ -219,14 +219,17 @@ fn check_camera(camera: &Camera) -> Result<()> {
     }
     let numbers = match camera.projection {
         Projection::Perspective { yfov, aspect, znear, zfar } => {
-            [yfov, aspect.unwrap_or(1.0), znear, zfar.unwrap_or(f64::MAX)]
+            let (aspect, zfar) = (aspect.unwrap_or(1.0), zfar.unwrap_or(f64::MAX));
+            [("yfov", yfov), ("aspect", aspect), ("znear", znear), ("zfar", zfar)]
         }
-        Projection::Orthographic { xmag, ymag, znear, zfar } => [xmag, ymag, znear, zfar],
+        Projection::Orthographic { xmag, ymag, znear, zfar } => {
+            [("xmag", xmag), ("ymag", ymag), ("znear", znear), ("zfar", zfar)]
+        }
     };
-    if numbers.iter().any(|x| !x.is_finite()) {
-        return wrong("the lens has a number that is not finite".into());
+    match numbers.iter().find(|(_, x)| !x.is_finite()) {
+        Some((field, x)) => wrong(format!("{field} is {x}, not a finite number")),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -104,10 +104,13 @@ impl View {
                 (Lens::Orthographic(Extents { left: -right, right, bottom: -top, top }), znear, Some(zfar))
             }
         };
-        if zfar.is_some_and(|far| far.is_nan() || far <= znear) {
-            return refuse(format!("zfar {} is not beyond znear {znear}", zfar.unwrap_or(f64::NAN)));
+        if !znear.is_finite() {
+            return refuse(format!("znear is {znear}, not a finite distance"));
         }
-        Ok(Self {
+        if zfar.is_some_and(|far| !far.is_finite() || far <= znear) {
+            return refuse(format!("zfar {} is not a distance beyond znear {znear}", zfar.unwrap_or(f64::NAN)));
+        }
+        let view = Self {
             name: camera.name.clone(),
             world_to_view: camera.camera_to_world.inverse(),
             lens,
@@ -115,7 +118,18 @@ impl View {
             zfar,
             width,
             height,
-        })
+        };
+        // The device computes in f32: an angle of 1e-40 or a near plane of 1e-50 m has no place in it.
+        let clip = view.view_to_clip().as_mat4().to_cols_array();
+        let near_vanishes = view.lens.is_perspective() && (znear as f32) < f32::MIN_POSITIVE;
+        if clip.iter().any(|x| !x.is_finite()) || near_vanishes {
+            let lens = match camera.projection {
+                Projection::Perspective { yfov, .. } => format!("a field of view of {yfov} rad and a znear of {znear}"),
+                Projection::Orthographic { xmag, ymag, .. } => format!("xmag {xmag} and ymag {ymag}"),
+            };
+            return refuse(format!("{lens} pass what 32-bit floats can draw"));
+        }
+        Ok(view)
     }
 
     /// The point of the image plane under the centre of pixel (`x`, `y`), row 0 at the top; see [`Lens`] for units.

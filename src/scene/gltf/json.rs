@@ -150,15 +150,21 @@ impl<'a> Value<'a> {
         Err(self.error(format_args!("{number:e} is not a finite number in 32 bits")))
     }
 
-    /// Exactly `N` numbers.
+    /// Exactly `N` numbers that are finite as f32 too.
     pub(super) fn floats<const N: usize>(self) -> Result<[f32; N]> {
+        Ok(self.numbers::<N>()?.map(|number| number as f32))
+    }
+
+    /// Exactly `N` numbers in all their digits, finite as f32 too.
+    pub(super) fn numbers<const N: usize>(self) -> Result<[f64; N]> {
         let elements = self.elements()?;
         let count = elements.len();
-        let mut floats = [0.0; N];
-        for (slot, element) in floats.iter_mut().zip(elements) {
-            *slot = element.float()?;
+        let mut numbers = [0.0; N];
+        for (slot, element) in numbers.iter_mut().zip(elements) {
+            element.float()?;
+            *slot = element.number()?;
         }
-        if count == N { Ok(floats) } else { Err(self.error(format_args!("has {count} numbers instead of {N}"))) }
+        if count == N { Ok(numbers) } else { Err(self.error(format_args!("has {count} numbers instead of {N}"))) }
     }
 
     /// A whole number from 0 to 2^53, also when written as `3.0`.

@@ -159,7 +159,7 @@ pub(super) fn is_invertible(world: &DMat4) -> bool {
 /// `matrix`, else translation times rotation times scale (glTF 2.0, section 3.5.3).
 fn local_transform(node: Value<'_>) -> Result<DMat4> {
     if let Some(matrix) = node.get("matrix")? {
-        let mut m = matrix.floats::<16>()?.map(f64::from);
+        let mut m = matrix.numbers::<16>()?;
         let last_row = [m[3], m[7], m[11], m[15] - 1.0];
         if last_row.iter().any(|x| x.abs() > 1e-6) {
             return Err(matrix.error("the last row is not 0 0 0 1"));
@@ -167,13 +167,12 @@ fn local_transform(node: Value<'_>) -> Result<DMat4> {
         (m[3], m[7], m[11], m[15]) = (0.0, 0.0, 0.0, 1.0);
         return Ok(DMat4::from_cols_array(&m));
     }
-    let vector = |key: &str, default: f32| -> Result<DVec3> {
-        let floats = node.get(key)?.map_or(Ok([default; 3]), Value::floats::<3>)?;
-        Ok(DVec3::from_array(floats.map(f64::from)))
+    let vector = |key: &str, default: f64| -> Result<DVec3> {
+        Ok(DVec3::from_array(node.get(key)?.map_or(Ok([default; 3]), Value::numbers::<3>)?))
     };
     let rotation = match node.get("rotation")? {
         Some(rotation) => {
-            let q = DQuat::from_array(rotation.floats::<4>()?.map(f64::from));
+            let q = DQuat::from_array(rotation.numbers::<4>()?);
             if q.length_squared() == 0.0 {
                 return Err(rotation.error("the quaternion has length 0"));
             }
