@@ -205,6 +205,23 @@ impl Prepared {
     /// # Errors
     /// A lost device, or results that are not mapped.
     pub fn read_back(&mut self) -> Result<Picture> {
+        self.copy_back()?;
+        self.collect()
+    }
+
+    /// As [`read_back`](Self::read_back) for the last time: images are freed before the picture is made, which lowers the peak; with
+    /// it comes what [`check`](Self::check) finds.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn finish(mut self) -> Result<(Picture, Vec<Violation>)> {
+        self.copy_back()?;
+        let found = self.check();
+        self.realized.images.clear();
+        Ok((self.collect()?, found))
+    }
+
+    fn copy_back(&mut self) -> Result<()> {
         let Self { queue, realized, frame, barriers, device, log, .. } = self;
         let graph = &frame.graph;
         let value = queue.submit(|commands, _| {
@@ -215,12 +232,16 @@ impl Prepared {
         })?;
         queue.wait(value)?;
         log.push(Event::HostWait);
+        Ok(())
+    }
+
+    fn collect(&self) -> Result<Picture> {
         let mut picture = Picture::new(self.size[0], self.size[1]);
-        for &(name, buffer) in &frame.results {
-            let bytes = realized.buffer(buffer).mapped();
+        for &(name, buffer) in &self.frame.results {
+            let bytes = self.realized.buffer(buffer).mapped();
             let bytes = bytes.ok_or_else(|| Error::new(format!("the read-back of {name} is not mapped")))?;
-            picture
-                .add_layer(name, bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect());
+            let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+            picture.add_layer(name, values.collect());
         }
         Ok(picture)
     }

@@ -3,6 +3,11 @@
 use crate::support::run;
 
 #[test]
+fn shared_structs_lie_alike_on_both_sides() {
+    run("layout");
+}
+
+#[test]
 fn prepass_changes_nothing() {
     run("prepass");
 }

@@ -2,6 +2,7 @@
 
 mod equalities;
 mod hard;
+mod layout;
 mod oracle;
 
 use crate::error::Result;
@@ -38,6 +39,7 @@ pub type Check = fn(&Renderer) -> Result<Vec<Row>>;
 
 /// Every check with its name.
 pub const ALL: &[(&str, Check)] = &[
+    ("layout", layout::layout),
     ("prepass", equalities::prepass),
     ("fetch", equalities::fetch),
     ("still", equalities::still),

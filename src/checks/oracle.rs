@@ -47,7 +47,7 @@ fn surfaces(picture: &Picture) -> Result<Vec<Option<Surface>>> {
 }
 
 fn radiance(picture: &Picture) -> Result<Vec<[f32; 4]>> {
-    picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance"))
+    picture.rgba("radiance").map(<[_]>::to_vec).ok_or_else(|| Error::new("the frame has no radiance"))
 }
 
 /// Radiance of one frame, every pixel.

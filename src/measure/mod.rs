@@ -2,6 +2,7 @@
 
 pub mod exposure;
 pub mod file;
+pub mod memory;
 pub mod metrics;
 pub mod picture;
 pub mod read;

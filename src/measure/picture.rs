@@ -28,9 +28,8 @@ impl Picture {
     }
 
     /// A layer of four values a pixel.
-    pub fn rgba(&self, name: &str) -> Option<Vec<[f32; 4]>> {
-        let values = self.layer(name)?;
-        let pixels = self.width as usize * self.height as usize;
-        (values.len() == pixels * 4).then(|| values.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect())
+    pub fn rgba(&self, name: &str) -> Option<&[[f32; 4]]> {
+        let (pixels, rest) = self.layer(name)?.as_chunks();
+        (rest.is_empty() && pixels.len() == self.width as usize * self.height as usize).then_some(pixels)
     }
 }

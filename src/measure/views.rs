@@ -1,5 +1,7 @@
 //! Debug views: pictures of intermediate values, in display-linear RGB so that an exposure of 0 shows them as they are.
 
+use std::borrow::Cow;
+
 use super::exposure::false_color;
 use super::picture::Picture;
 use crate::error::{Error, Result};
@@ -19,9 +21,9 @@ pub enum View {
 
 /// A view's picture, display-linear.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
+pub struct Shown<'a> {
     /// Rows from the top.
-    pub pixels: Vec<[f32; 4]>,
+    pub pixels: Cow<'a, [[f32; 4]]>,
     /// What the first and the last colour stand for, where colours stand for numbers.
     pub range: Option<[f64; 2]>,
 }
@@ -30,10 +32,12 @@ pub struct Shown {
 ///
 /// # Errors
 /// A layer that the frame did not leave.
-pub fn draw(picture: &Picture, view: View) -> Result<Shown> {
+pub fn draw(picture: &Picture, view: View) -> Result<Shown<'_>> {
     let missing = |name: &str| Error::new(format!("the frame has no layer {name} to show"));
     match view {
-        View::Color(name) => Ok(Shown { pixels: picture.rgba(name).ok_or_else(|| missing(name))?, range: None }),
+        View::Color(name) => {
+            Ok(Shown { pixels: Cow::Borrowed(picture.rgba(name).ok_or_else(|| missing(name))?), range: None })
+        }
         View::Direction(name) => {
             let rgba = picture.rgba(name).ok_or_else(|| missing(name))?;
             let shown = |p: &[f32; 4]| {

@@ -3,6 +3,7 @@
 pub mod ceiling;
 pub mod depth_prepass;
 pub mod forward;
+pub mod layout_probe;
 pub mod read_back;
 mod resources;
 pub mod surface;
@@ -35,8 +36,7 @@ pub fn frame(plan: &Plan) -> Frame {
     let layers: Vec<(&'static str, ImageHandle)> = if plan.debug_view.is_some() {
         surface::add(&mut graph, plan, &scene, depth).to_vec()
     } else {
-        let io = forward::add(&mut graph, plan, &scene, depth);
-        vec![("radiance", io.radiance), ("depth", io.depth)]
+        vec![("radiance", forward::add(&mut graph, plan, &scene, depth).radiance)]
     };
     graph.end_frame();
     let results = read_back::add(&mut graph, &layers);

@@ -1,0 +1,123 @@
+//! What drawing or tracing gives: the picture, its times, the memory it took.
+
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+
+use crate::cli::Render;
+use crate::commands::report;
+use crate::error::Result;
+use crate::measure::memory::ProcessMemory;
+use crate::measure::picture::Picture;
+use crate::measure::times::FrameTimes;
+use crate::passes;
+use crate::plan::Plan;
+use crate::reference::render::Reference;
+use crate::reference::shade::Shader;
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+
+/// Frames drawn before any is timed: the first makes drivers compile, the second fills both frames in flight.
+const WARM_UP: usize = 2;
+
+/// What drawing or tracing gave.
+#[derive(Default)]
+pub(super) struct Outcome {
+    pub(super) picture: Picture,
+    pub(super) times: FrameTimes,
+    pub(super) device: Value,
+    pub(super) driver_line: String,
+    pub(super) first_frame_ms: f64,
+    pub(super) pipelines_ms: f64,
+    pub(super) upload_ms: f64,
+    /// Most bytes of device memory at once.
+    pub(super) memory_bytes: u64,
+    /// Device bytes by resource, while everything was there.
+    pub(super) memory: Vec<(String, u64)>,
+    /// `None` without `--validate`.
+    pub(super) validation: Option<Vec<String>>,
+    pub(super) process: ProcessMemory,
+}
+
+/// When the process began, and its memory so far.
+pub(super) type Watch = (Instant, ProcessMemory);
+
+/// Draws on the device.
+pub(super) fn draw(
+    renderer: &Renderer,
+    scene: &Scene,
+    plan: &Plan,
+    args: &Render,
+    (started, mut process): Watch,
+) -> Result<Outcome> {
+    let facts = &renderer.device().facts;
+    let mut outcome =
+        Outcome { device: report::device_json(facts), driver_line: report::device_line(facts), ..Outcome::default() };
+    let mut prepared = renderer.prepare(scene, plan)?;
+    process.stage("pipelines and uploads");
+    prepared.draw(1)?;
+    outcome.first_frame_ms = started.elapsed().as_secs_f64() * 1e3;
+    (outcome.pipelines_ms, outcome.upload_ms) = (prepared.pipelines_ms, prepared.upload_ms);
+    prepared.draw(WARM_UP - 1)?;
+    outcome.times = prepared.draw(args.frames as usize)?;
+    process.stage("frames");
+    let accounts = renderer.device().accounts.lock().map(|a| a.clone()).unwrap_or_default();
+    outcome.memory_bytes = accounts.peak;
+    outcome.memory = accounts.live.into_iter().collect();
+    let (picture, found) = prepared.finish()?;
+    outcome.picture = picture;
+    process.stage("read-back");
+    let mut violations: Vec<String> = Vec::new();
+    if args.validate {
+        violations.extend(found.iter().map(|v| format!("checker: {v}")));
+    }
+    if args.layers && plan.debug_view.is_none() {
+        let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
+        probe.draw(1)?;
+        for (name, values) in probe.read_back()?.layers {
+            outcome.picture.add_layer(&name, values);
+        }
+    }
+    violations.extend(renderer.take_messages());
+    outcome.validation = args.validate.then_some(violations);
+    outcome.process = process;
+    Ok(outcome)
+}
+
+/// A progress bar on a terminal, nothing in a pipe.
+fn progress(total: u64, what: &'static str) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Traces on the CPU.
+pub(super) fn trace(scene: &Scene, plan: &Plan, (started, mut process): Watch) -> Result<Outcome> {
+    let reference = Reference::new(scene, &plan.view)?;
+    let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
+    let bar = progress(u64::from(plan.view.height), "tracing rows");
+    let start = Instant::now();
+    let traced = reference.render(&shader, &|rows| bar.set_position(rows));
+    let wall = start.elapsed().as_secs_f64() * 1e3;
+    bar.finish_and_clear();
+    let mut picture = Picture::new(traced.width, traced.height);
+    picture.add_layer("radiance", traced.rgba.iter().flatten().map(|&x| x as f32).collect());
+    let depth = traced.depth.iter().map(|&z| if z.is_finite() { z as f32 } else { f32::INFINITY });
+    picture.add_layer("distance", depth.collect());
+    process.stage("tracing");
+    Ok(Outcome {
+        picture,
+        times: FrameTimes::new(Vec::new(), vec![wall], vec![Vec::new()]),
+        device: json!({ "name": "CPU", "driver": "reference, f64", "api": null, "kind": "cpu" }),
+        driver_line: "CPU reference, f64".into(),
+        first_frame_ms: started.elapsed().as_secs_f64() * 1e3,
+        process,
+        ..Outcome::default()
+    })
+}
