@@ -1,4 +1,4 @@
-//! Lampyris lights scenes with very many lights on hand-managed Vulkan, and judges each picture by a reference in f64.
+//! Lampyris lights scenes with very many lights on hand-managed Vulkan; a reference in f64 on the CPU judges its pictures.
 //!
 //! A picture comes to be one way only, and each step is plain data that can be looked at before the next one runs:
 //!

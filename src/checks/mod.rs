@@ -2,13 +2,16 @@
 
 mod equalities;
 mod hard;
+mod judge;
 mod layout;
 mod oracle;
+mod textured;
 
 use crate::error::Result;
 use crate::renderer::Renderer;
 
-pub use oracle::{shading_error, whole_picture_error};
+pub use judge::{Judged, judge};
+pub use oracle::{scenes, shading_error, whole_picture_error};
 
 /// Result of one check.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +48,9 @@ pub const ALL: &[(&str, Check)] = &[
     ("still", equalities::still),
     ("shading", oracle::shading),
     ("picture", oracle::picture),
+    ("samplers", textured::samplers),
+    ("material_maps", textured::maps),
+    ("material_modes", textured::modes),
     ("spot_cones", hard::cones::spot_cones),
     ("range_edge", hard::ranges::range_edge),
     ("light_on_surface", hard::ranges::light_on_surface),

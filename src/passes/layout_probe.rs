@@ -25,8 +25,7 @@ pub fn frame(plan: &Plan) -> Frame {
     let write = write_index::Bindings { words: ComputeStorageWrite(words) };
     let groups = (WORDS as u32).div_ceil(write_index::PROGRAM.local_size[0]);
     graph.add("write_index", dispatch(&write_index::PROGRAM, write.list(), groups));
-    let probe =
-        layout_probe::Bindings { structs: ComputeStorageRead(words), members: ComputeStorageWrite(members) };
+    let probe = layout_probe::Bindings { structs: ComputeStorageRead(words), members: ComputeStorageWrite(members) };
     graph.add("layout_probe", dispatch(&layout_probe::PROGRAM, probe.list(), 1));
     graph.end_frame();
     graph.add("read_members", Work::CopyBuffer { from: members, to: result });
@@ -34,7 +33,11 @@ pub fn frame(plan: &Plan) -> Frame {
     Frame { graph, scene, results: vec![("members", result)] }
 }
 
-fn dispatch(program: &'static crate::graph::program::Program, bindings: Vec<crate::graph::Binding>, groups: u32) -> Work {
+fn dispatch(
+    program: &'static crate::graph::program::Program,
+    bindings: Vec<crate::graph::Binding>,
+    groups: u32,
+) -> Work {
     let pipeline = ComputePipeline { program, constants: Vec::new() };
     Work::Dispatch { pipeline, bindings, push: Vec::new(), groups: [groups, 1, 1] }
 }

@@ -44,7 +44,12 @@ fn sampler_state(sampler: Sampler) -> SamplerState {
     SamplerState {
         mag: filter(sampler.mag_linear),
         min: filter(sampler.min_linear),
-        mip: if sampler.mip_linear { vk::SamplerMipmapMode::LINEAR } else { vk::SamplerMipmapMode::NEAREST },
+        // Level 0 alone: a linear mode would mix a quarter of level 1 into what is above it.
+        mip: if sampler.mipmapped && sampler.mip_linear {
+            vk::SamplerMipmapMode::LINEAR
+        } else {
+            vk::SamplerMipmapMode::NEAREST
+        },
         wrap: [wrap(sampler.wrap_u), wrap(sampler.wrap_v)],
         mipmapped: sampler.mipmapped,
     }
