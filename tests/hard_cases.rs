@@ -123,7 +123,7 @@ fn outcome(scene: &Scene, request: &Request) -> Result<bool> {
     let plan = Plan::new(scene, request, &Limits::UNLIMITED)?;
     // 1 / range^2 may be infinite: that light reaches nothing.
     let lights = plan.lights.texels.iter().enumerate().all(|(i, texel)| {
-        let is_place = i as u32 % plan.lights.texels_each == 0;
+        let is_place = (i as u32).is_multiple_of(plan.lights.texels_each);
         texel[..3].iter().all(|x| x.is_finite()) && (texel[3].is_finite() || is_place && texel[3] == f32::INFINITY)
     });
     let lens = plan.view.view_to_clip().as_mat4().is_finite();

@@ -176,7 +176,7 @@ pub fn picture(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for name in ["cornell", "furnace"] {
         let scene = lit(name, 16)?;
-        let request = Request { width: 160, height: 90, ..Request::default() };
+        let request = Request { width: 320, height: 180, ..Request::default() };
         let (error, _) = whole_picture_error(renderer, &scene, &request)?;
         rows.push(Row::at_most(format!("picture against rays, {name}"), error, picture_bound(renderer)));
     }

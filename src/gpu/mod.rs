@@ -9,6 +9,7 @@ pub mod memory;
 pub mod pipeline;
 pub mod pipeline_cache;
 pub mod realize;
+pub mod specialize;
 
 pub use device::Device;
 pub use instance::{Instance, Options};

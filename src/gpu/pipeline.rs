@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ash::{util, vk};
 
 use super::pipeline_cache::PipelineCache;
+use super::specialize::specialize;
 use super::{Device, failed};
 use crate::error::{Error, Result};
 use crate::graph::program::Program;
@@ -37,6 +38,7 @@ pub struct Pipeline {
     device: Arc<Device>,
 }
 
+/// Passed on as well: where `specialize` left a module as it was, the driver does it.
 struct Constants {
     entries: Vec<vk::SpecializationMapEntry>,
     data: Vec<u8>,
@@ -65,11 +67,12 @@ struct Modules<'a> {
 }
 
 impl<'a> Modules<'a> {
-    fn create(device: &'a Device, program: &Program) -> Result<Self> {
+    fn create(device: &'a Device, program: &Program, values: &[(u32, u32)]) -> Result<Self> {
         let mut modules = Self { device, raw: Vec::new() };
         for stage in program.stages {
             let code = util::read_spv(&mut Cursor::new(stage.spirv))
                 .map_err(|e| Error::new(format!("SPIR-V of {} is damaged: {e}", program.name)))?;
+            let code = specialize(&code, values);
             let info = vk::ShaderModuleCreateInfo::default().code(&code);
             // SAFETY: the SPIR-V comes from our own build.
             let module =
@@ -146,7 +149,7 @@ impl Pipeline {
     /// Makes a compute pipeline.
     pub fn compute(device: &Arc<Device>, cache: &PipelineCache, desc: &ComputePipeline) -> Result<Self> {
         let mut pipeline = Self::with_layouts(device, desc.program)?;
-        let modules = Modules::create(device, desc.program)?;
+        let modules = Modules::create(device, desc.program, &desc.constants)?;
         let constants = Constants::new(&desc.constants);
         let specialization = constants.info();
         let stage = modules.stages(&specialization)[0];
@@ -161,7 +164,7 @@ impl Pipeline {
     /// Makes a graphics pipeline; viewport, scissor, culling, winding and strides are dynamic.
     pub fn graphics(device: &Arc<Device>, cache: &PipelineCache, desc: &GraphicsPipeline) -> Result<Self> {
         let mut pipeline = Self::with_layouts(device, desc.program)?;
-        let modules = Modules::create(device, desc.program)?;
+        let modules = Modules::create(device, desc.program, &desc.constants)?;
         let constants = Constants::new(&desc.constants);
         let specialization = constants.info();
         let stages = modules.stages(&specialization);

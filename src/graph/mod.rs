@@ -7,6 +7,7 @@ use ash::vk;
 
 pub mod access;
 pub mod checker;
+mod declare;
 pub mod describe;
 pub mod hazard;
 pub mod log;
@@ -318,13 +319,13 @@ impl Graph {
 
     /// Adds a node whose accesses are those of its work.
     pub fn add(&mut self, name: &str, work: Work) {
-        let accesses = accesses_of(self, &work);
+        let accesses = declare::accesses_of(&work);
         self.nodes.push(Node { name: name.into(), accesses, work });
     }
 
     /// Adds the node that hands read-back buffers to the host.
     pub fn host_read(&mut self, buffers: &[BufferHandle]) {
-        let accesses = buffers.iter().map(|&b| self.declare("host", Resource::Buffer(b), Access::HostRead, false));
+        let accesses = buffers.iter().map(|&b| declare::access("host", Resource::Buffer(b), Access::HostRead, false));
         let accesses = accesses.collect();
         self.nodes.push(Node { name: "host_read".into(), accesses, work: Work::Host });
     }
@@ -355,52 +356,5 @@ impl Graph {
             Resource::Buffer(b) => &self.buffer_info(b).name,
             Resource::Image(i) => &self.image_info(i).name,
         }
-    }
-
-    fn declare(&self, name: &str, resource: Resource, access: Access, fresh: bool) -> Declared {
-        Declared { name: name.into(), resource, access, fresh }
-    }
-}
-
-/// Accesses follow from typed bindings and attachments; nobody writes them twice.
-fn accesses_of(graph: &Graph, work: &Work) -> Vec<Declared> {
-    let of_binding = |b: &Binding| graph.declare(b.name, b.resource, b.access, false);
-    match work {
-        Work::Dispatch { bindings, .. } => bindings.iter().map(of_binding).collect(),
-        Work::Render(render) => {
-            let mut list: Vec<_> = render.bindings.iter().map(of_binding).collect();
-            for binding in render.material_bindings.iter().flatten() {
-                let declared = of_binding(binding);
-                if !list.iter().any(|d| d.resource == declared.resource && d.access == declared.access) {
-                    list.push(declared);
-                }
-            }
-            let buffers =
-                [("vertices", render.vertices, Access::VertexAttribute), ("indices", render.indices, Access::Index)];
-            for (name, buffer, access) in buffers {
-                list.extend(buffer.map(|b| graph.declare(name, Resource::Buffer(b), access, false)));
-            }
-            for color in &render.colors {
-                list.push(graph.declare("color", Resource::Image(color.image), Access::ColorAttachmentWrite, true));
-            }
-            if let Some(depth) = &render.depth {
-                let access =
-                    if depth.clear.is_some() { Access::DepthAttachmentWrite } else { Access::DepthAttachmentRead };
-                list.push(graph.declare("depth", Resource::Image(depth.image), access, depth.clear.is_some()));
-            }
-            list
-        }
-        Work::CopyBuffer { from, to } => vec![
-            graph.declare("from", Resource::Buffer(*from), Access::TransferRead, false),
-            graph.declare("to", Resource::Buffer(*to), Access::TransferWrite, true),
-        ],
-        Work::CopyImageToBuffer { from, to } => vec![
-            graph.declare("from", Resource::Image(*from), Access::TransferRead, false),
-            graph.declare("to", Resource::Buffer(*to), Access::TransferWrite, true),
-        ],
-        Work::Fill { buffer, .. } => {
-            vec![graph.declare("buffer", Resource::Buffer(*buffer), Access::ClearWrite, true)]
-        }
-        Work::Host => Vec::new(),
     }
 }

@@ -77,7 +77,7 @@ pub fn continuous_mask(surface_id: &[u32], depth: &[f64], width: u32, height: u3
         if *inside && between && depth[pixel].is_finite() {
             let here = 1.0 / depth[pixel];
             let bend = |step: usize| (1.0 / depth[pixel - step] + 1.0 / depth[pixel + step] - 2.0 * here).abs();
-            *inside = [1, width, width + 1, width - 1].into_iter().all(|step| bend(step) <= CONTINUITY * here);
+            *inside = [1, width, width + 1, width - 1].into_iter().all(|step| bend(step) <= CONTINUITY * here.abs());
         }
     }
     mask

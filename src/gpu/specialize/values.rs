@@ -31,7 +31,7 @@ fn variables(function: &Function, known: &HashMap<u32, u32>) -> HashMap<u32, Hel
     let mut held: HashMap<u32, Held> = HashMap::new();
     for i in function.blocks.iter().flat_map(|b| &b.body) {
         // Literals that look like an id only cost a variable that could have been followed.
-        let pointers_leave_by = match i.op {
+        let pointers_leave_by: &[u32] = match i.op {
             op::VARIABLE => {
                 let initial = i.operands.get(3).map(|id| Held::Nothing.and(known.get(id)));
                 held.insert(i.operands[1], initial.unwrap_or(Held::Nothing));
@@ -57,7 +57,7 @@ fn variables(function: &Function, known: &HashMap<u32, u32>) -> HashMap<u32, Hel
 
 /// The value that all of them are known to have.
 fn agreed(ids: impl Iterator<Item = u32>, known: &HashMap<u32, u32>) -> Option<u32> {
-    let mut common = None;
+    let mut common: Option<u32> = None;
     for id in ids {
         let bits = *known.get(&id)?;
         if common.is_some_and(|c| c != bits) {
