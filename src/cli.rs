@@ -219,7 +219,8 @@ pub struct Bench {
     #[arg(long, value_enum, default_value = "gltf")]
     pub shading: ShadingArg,
     /// Lights in the loop.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "16,64")]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "16,64",
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub lights: Vec<u32>,
     /// Frames to time, interleaved.
     #[arg(long, value_name = "N", default_value_t = 9)]

@@ -9,20 +9,12 @@ use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
 use crate::gpu::Device;
 use crate::gpu::memory::{Buffer, Image};
-use crate::gpu::pipeline::ATTRIBUTE_BYTES;
 use crate::gpu::realize::{NodeObjects, Realized};
 use crate::graph::access::{Access, pipeline_stages};
 use crate::graph::hazard::Barrier;
 use crate::graph::log::{Accessed, Event, MemoryBarrier};
 use crate::graph::program::Program;
 use crate::graph::{Binding, Graph, Render, Resource, Work};
-
-/// Offset in the vertex buffer of an element that stands for a missing attribute: zeros.
-pub const DEFAULT_ZERO_OFFSET: u64 = 0;
-/// The same for a missing colour: ones.
-pub const DEFAULT_ONE_OFFSET: u64 = 16;
-/// First byte of the vertex buffer that meshes may use.
-pub const DEFAULT_ELEMENTS_BYTES: u64 = 32;
 
 /// Where commands of one submission go.
 pub struct Recorder<'a> {
@@ -32,8 +24,8 @@ pub struct Recorder<'a> {
     pub commands: vk::CommandBuffer,
     /// Timestamps, one before the first node and one after each; `None` without a timer.
     pub timer: Option<vk::QueryPool>,
-    /// What was recorded.
-    pub log: Vec<Event>,
+    /// What was recorded; `None` where nobody will judge it.
+    pub log: Option<Vec<Event>>,
 }
 
 impl Recorder<'_> {
@@ -46,11 +38,17 @@ impl Recorder<'_> {
         }
         for (count, index) in range.enumerate() {
             let node = &graph.nodes[index];
-            self.begin_label(&node.name);
+            let labelled = self.begin_label(&node.name);
             self.barriers(barriers.iter().filter(|b| b.before == index), realized);
             let stage = self.work(&node.name, &node.work, &realized.nodes[index], realized);
+            if matches!(node.work, Work::Host) {
+                // The one access that no command performs: the host's, after it has waited.
+                node.accesses.iter().for_each(|d| self.log_as(&node.name, &d.name, d.resource, d.access));
+            }
             self.timestamp(stage, count as u32 + 1);
-            self.end_label();
+            if labelled {
+                self.end_label();
+            }
         }
     }
 
@@ -60,11 +58,12 @@ impl Recorder<'_> {
         unsafe { self.device.raw.cmd_write_timestamp2(self.commands, stage, pool, query) };
     }
 
-    fn begin_label(&self, name: &str) {
-        let (Some(debug), Ok(name)) = (&self.device.debug, std::ffi::CString::new(name)) else { return };
+    fn begin_label(&self, name: &str) -> bool {
+        let (Some(debug), Ok(name)) = (&self.device.debug, std::ffi::CString::new(name)) else { return false };
         let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
         // SAFETY: the command buffer is recording.
         unsafe { debug.cmd_begin_debug_utils_label(self.commands, &label) };
+        true
     }
 
     fn end_label(&self) {
@@ -77,10 +76,17 @@ impl Recorder<'_> {
         let (mut buffers, mut images, mut logged) = (Vec::new(), Vec::new(), Vec::new());
         for b in barriers {
             match b.resource {
-                Resource::Buffer(handle) => buffers.push(buffer_barrier(b, realized.buffer(handle))),
-                Resource::Image(handle) => images.push(image_barrier(b, realized.image(handle))),
+                Resource::Buffer(handle) => {
+                    let barrier = buffer_barrier(b, realized.buffer(handle));
+                    logged.push(logged_buffer(b.resource, &barrier));
+                    buffers.push(barrier);
+                }
+                Resource::Image(handle) => {
+                    let barrier = image_barrier(b, realized.image(handle));
+                    logged.push(logged_image(b.resource, &barrier));
+                    images.push(barrier);
+                }
             }
-            logged.push(MemoryBarrier::from(b));
         }
         if logged.is_empty() {
             return;
@@ -88,7 +94,9 @@ impl Recorder<'_> {
         let info = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
         // SAFETY: outside a rendering scope; handles are alive.
         unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
-        self.log.push(Event::Barrier(logged));
+        if let Some(log) = &mut self.log {
+            log.push(Event::Barrier(logged));
+        }
     }
 
     fn log_access(
@@ -101,12 +109,12 @@ impl Recorder<'_> {
         let (stages, flags, layout) = scope;
         let is_image = matches!(resource, Resource::Image(_));
         let layout = if is_image { layout } else { ImageLayout::UNDEFINED };
+        let Some(log) = &mut self.log else { return };
         let event = Event::Access(Accessed { node: node.into(), what: what.into(), resource, stages, flags, layout });
         // Draws of one scope repeat themselves; the same access of the same node is proved once.
-        let fresh =
-            self.log.iter().rev().take_while(|e| matches!(e, Event::Access(a) if a.node == node)).all(|e| *e != event);
-        if fresh {
-            self.log.push(event);
+        let of_node = log.iter().rev().take_while(|e| matches!(e, Event::Access(a) if a.node == node));
+        if of_node.into_iter().all(|e| *e != event) {
+            log.push(event);
         }
     }
 
@@ -129,7 +137,7 @@ impl Recorder<'_> {
         match work {
             Work::Dispatch { pipeline, bindings, push, groups } => {
                 let made = &realized.pipelines[objects.pipelines[0]];
-                // SAFETY: pipeline, set and layout belong together; groups were checked against limits by the plan.
+                // SAFETY: pipeline, set and layout belong together; `Realized::create` checked groups against limits.
                 unsafe {
                     device.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, made.raw);
                     if let Some(set) = objects.sets[0].shared {
@@ -269,9 +277,7 @@ impl Recorder<'_> {
                         let raw = realized.buffer(vertices).raw;
                         for &location in made.program.inputs {
                             let stream = mesh.streams[location as usize];
-                            let missing = if location == 5 { DEFAULT_ONE_OFFSET } else { DEFAULT_ZERO_OFFSET };
-                            let stride = stream.map_or(0, |_| ATTRIBUTE_BYTES[location as usize]);
-                            let offset = [stream.unwrap_or(missing)];
+                            let (offset, stride) = ([stream.offset], stream.stride);
                             device.cmd_bind_vertex_buffers2(
                                 self.commands,
                                 location,
@@ -335,6 +341,29 @@ fn buffer_barrier(b: &Barrier, buffer: &Buffer) -> vk::BufferMemoryBarrier2<'sta
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .buffer(buffer.raw)
         .size(vk::WHOLE_SIZE)
+}
+
+/// The log's entry, from the arguments that the command gets.
+fn logged_buffer(resource: Resource, b: &vk::BufferMemoryBarrier2<'_>) -> MemoryBarrier {
+    MemoryBarrier {
+        resource,
+        src_stages: b.src_stage_mask,
+        src_access: b.src_access_mask,
+        dst_stages: b.dst_stage_mask,
+        dst_access: b.dst_access_mask,
+        layouts: (ImageLayout::UNDEFINED, ImageLayout::UNDEFINED),
+    }
+}
+
+fn logged_image(resource: Resource, b: &vk::ImageMemoryBarrier2<'_>) -> MemoryBarrier {
+    MemoryBarrier {
+        resource,
+        src_stages: b.src_stage_mask,
+        src_access: b.src_access_mask,
+        dst_stages: b.dst_stage_mask,
+        dst_access: b.dst_access_mask,
+        layouts: (b.old_layout, b.new_layout),
+    }
 }
 
 fn image_barrier(b: &Barrier, image: &Image) -> vk::ImageMemoryBarrier2<'static> {

@@ -6,12 +6,15 @@ use std::time::Instant;
 use bytemuck::{bytes_of, cast_slice};
 
 use crate::error::{Error, Result};
+use crate::gpu::instance::Messages;
 use crate::gpu::pipeline_cache::PipelineCache;
 use crate::gpu::realize::Realized;
 use crate::gpu::{Device, Options};
-use crate::graph::checker::{self, Layouts, Violation};
+use crate::graph::checker::{self, Progress, Violation};
 use crate::graph::hazard::{self, Barrier};
 use crate::graph::log::Event;
+use crate::graph::program::Program;
+use crate::graph::{Graph, Work};
 use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
 use crate::passes::{self, Frame};
@@ -22,8 +25,8 @@ use crate::scene::{Scene, mips};
 use crate::shared;
 use crate::submit::Queue;
 
-/// Events after which a log is judged and dropped.
-const LONG_LOG: usize = 4096;
+/// Frames of one call that are logged: the first has nothing before it, the third finds what every later one finds.
+const LOGGED_FRAMES: usize = 3;
 
 /// An open device with its pipeline cache.
 pub struct Renderer {
@@ -47,16 +50,18 @@ impl Renderer {
         &self.device
     }
 
-    /// True where compiled pipelines of an earlier run were found.
-    pub fn cache_is_warm(&self) -> bool {
-        self.cache.warm
-    }
-
     /// The device's limits as plain numbers for [`Plan::new`].
     pub fn limits(&self) -> Limits {
         let (facts, limits) = (&self.device.facts, &self.device.facts.limits);
         Limits {
-            max_image_dimension: limits.max_image_dimension2_d,
+            max_image_dimension: limits
+                .max_image_dimension2_d
+                .min(limits.max_framebuffer_width)
+                .min(limits.max_framebuffer_height)
+                .min(limits.max_viewport_dimensions[0])
+                .min(limits.max_viewport_dimensions[1]),
+            max_index: limits.max_draw_indexed_index_value,
+            max_loop_iterations: facts.loop_iterations.unwrap_or(u32::MAX),
             max_buffer_bytes: facts.max_buffer_bytes,
             max_storage_bytes: u64::from(limits.max_storage_buffer_range),
             max_uniform_bytes: u64::from(limits.max_uniform_buffer_range),
@@ -68,7 +73,12 @@ impl Renderer {
 
     /// Messages of the validation layer so far; taken, so that each is seen once.
     pub fn take_messages(&self) -> Vec<String> {
-        self.device.instance.messages().take()
+        self.messages().take()
+    }
+
+    /// Where messages go; it outlives the renderer, so that what is said while it is dropped can be read too.
+    pub fn messages(&self) -> Arc<Messages> {
+        self.device.instance.messages()
     }
 
     /// Makes every Vulkan object of the plan's frame and uploads the scene.
@@ -81,6 +91,10 @@ impl Renderer {
 
     /// As [`prepare`](Self::prepare) for any frame made of the plan.
     pub fn prepare_frame(&self, scene: &Scene, plan: &Plan, frame: Frame) -> Result<Prepared> {
+        if let Some(problem) = frame.graph.problems().first() {
+            return Err(Error::new(format!("this frame cannot be synchronized: {problem}")));
+        }
+        check_programs(&frame.graph, &self.limits())?;
         let barriers = hazard::derive(&frame.graph);
         let realized = Realized::create(&self.device, &frame.graph, &self.cache)?;
         let mut queue = Queue::create(&self.device, frame.graph.nodes.len() as u32 + 1)?;
@@ -97,9 +111,40 @@ impl Renderer {
             realized,
             device: self.device.clone(),
             log: Vec::new(),
-            layouts: Layouts::default(),
+            progress: Progress::default(),
             violations: Vec::new(),
+            drawn: false,
+            finished: false,
         })
+    }
+}
+
+/// Attachments and storage buffers of every pipeline against what the device binds.
+fn check_programs(graph: &Graph, limits: &Limits) -> Result<()> {
+    let too_many = |program: &str, count: usize, what: &str, most: u32| {
+        Err(Error::new(format!("{program} needs {count} {what}, this device takes at most {most}")))
+    };
+    for (program, colors) in graph.nodes.iter().flat_map(|n| programs(&n.work)) {
+        if colors > limits.max_color_attachments as usize {
+            return too_many(program.name, colors, "colour attachments", limits.max_color_attachments);
+        }
+        for stage in program.stages {
+            let count = program.slots.iter().filter(|s| s.stages.contains(stage.stage) && s.kind.is_storage_buffer());
+            let (count, most) = (count.count(), limits.max_stage_storage_buffers);
+            if count > most as usize {
+                return too_many(program.name, count, "storage buffers in one stage", most);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Programs of a node with their number of colour attachments.
+fn programs(work: &Work) -> Vec<(&'static Program, usize)> {
+    match work {
+        Work::Dispatch { pipeline, .. } => vec![(pipeline.program, 0)],
+        Work::Render(render) => render.pipelines.iter().map(|p| (p.program, p.colors.len())).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -157,9 +202,11 @@ pub struct Prepared {
     device: Arc<Device>,
     size: [u32; 2],
     log: Vec<Event>,
-    /// Layouts where the log begins, and what was found before it.
-    layouts: Layouts,
+    /// What was checked before the log begins, and what was found there.
+    progress: Progress,
     violations: Vec<Violation>,
+    drawn: bool,
+    finished: bool,
     /// Milliseconds of making pipelines.
     pub pipelines_ms: f64,
     /// Milliseconds of uploads.
@@ -168,7 +215,7 @@ pub struct Prepared {
 
 impl Prepared {
     /// The frame's graph and its derived barriers.
-    pub fn graph(&self) -> (&crate::graph::Graph, &[Barrier]) {
+    pub fn graph(&self) -> (&Graph, &[Barrier]) {
         (&self.frame.graph, &self.barriers)
     }
 
@@ -183,19 +230,26 @@ impl Prepared {
     /// # Errors
     /// A lost device.
     pub fn draw(&mut self, count: usize) -> Result<FrameTimes> {
-        let Self { queue, realized, frame, barriers, device, log, layouts, violations, .. } = self;
+        if self.finished {
+            return Err(Error::new("the frame's images have been freed: nothing can be drawn any more"));
+        }
+        let Self { queue, realized, frame, barriers, device, log, progress, violations, .. } = self;
+        violations.extend(checker::check_from(&frame.graph, log, progress));
+        log.clear();
         let nodes = frame.graph.frame_len();
+        let mut recorded = 0;
         let (walls, timings) = queue.frames(count, |commands, timer| {
-            let mut recorder = Recorder { device, commands, timer, log: std::mem::take(log) };
+            let kept = (recorded < LOGGED_FRAMES).then(|| std::mem::take(log));
+            recorded += 1;
+            let mut recorder = Recorder { device, commands, timer, log: kept };
             recorder.nodes(&frame.graph, barriers, realized, 0..nodes);
-            *log = recorder.log;
+            if let Some(kept) = recorder.log {
+                *log = kept;
+            }
             nodes as u32 + 1
         })?;
         log.push(Event::HostWait);
-        if log.len() > LONG_LOG {
-            violations.extend(checker::check_from(&frame.graph, log, layouts));
-            log.clear();
-        }
+        self.drawn |= count > 0;
         let names = frame.graph.nodes[..nodes].iter().map(|n| n.name.clone()).collect();
         Ok(FrameTimes::new(names, walls, timings.into_iter().map(|t| t.node_ms).collect()))
     }
@@ -210,24 +264,28 @@ impl Prepared {
     }
 
     /// As [`read_back`](Self::read_back) for the last time: images are freed before the picture is made, which lowers the peak; with
-    /// it comes what [`check`](Self::check) finds.
+    /// it comes what [`check`](Self::check) finds. Nothing can be drawn afterwards.
     ///
     /// # Errors
     /// As there.
-    pub fn finish(mut self) -> Result<(Picture, Vec<Violation>)> {
+    pub fn finish(&mut self) -> Result<(Picture, Vec<Violation>)> {
         self.copy_back()?;
         let found = self.check();
+        self.finished = true;
         self.realized.images.clear();
         Ok((self.collect()?, found))
     }
 
     fn copy_back(&mut self) -> Result<()> {
+        if !self.drawn || self.finished {
+            return Err(Error::new("nothing has been drawn that could be read back"));
+        }
         let Self { queue, realized, frame, barriers, device, log, .. } = self;
         let graph = &frame.graph;
         let value = queue.submit(|commands, _| {
-            let mut recorder = Recorder { device, commands, timer: None, log: std::mem::take(log) };
+            let mut recorder = Recorder { device, commands, timer: None, log: Some(std::mem::take(log)) };
             recorder.nodes(graph, barriers, realized, graph.frame_len()..graph.nodes.len());
-            *log = recorder.log;
+            *log = recorder.log.unwrap_or_default();
             0
         })?;
         queue.wait(value)?;
@@ -249,11 +307,11 @@ impl Prepared {
     /// Judges everything recorded so far by the checker; empty is the proof.
     pub fn check(&self) -> Vec<Violation> {
         let mut found = self.violations.clone();
-        found.extend(checker::check_from(&self.frame.graph, &self.log, &mut self.layouts.clone()));
+        found.extend(checker::check_from(&self.frame.graph, &self.log, &mut self.progress.clone()));
         found
     }
 
-    /// What was recorded and is kept: everything, until a long log has been judged.
+    /// What was recorded since the last call of [`draw`](Self::draw) began; what was before has been judged.
     pub fn log(&self) -> &[Event] {
         &self.log
     }

@@ -14,8 +14,8 @@ pub type Mat3 = [[f32; 3]; 3];
 
 /// Light data is an array of RGBA32F texels, so that storage, uniform and texel fetches read the same bytes.
 /// Texel 0: position (point, spot) or direction to the light (directional) in view space; w 1 / range^2 (0: no window).
-/// Texel 1: intensity; w an integer below 2^23: what rounding took from the position, three times 7 bits of 1/128 of the
-/// largest position's ulp (bias 64), then the kind's index. An f64 position would otherwise be off by half an ulp, which a surface
+/// Texel 1: intensity; w an integer below 2^24, exact in f32: what rounding took from the position, three times 7 bits of 1/128 of the
+/// largest position's ulp (bias 64), then the light's `KIND_*` bit. An f64 position would otherwise be off by half an ulp, which a surface
 /// 0.1 m away sees as 1e-5 of the light.
 /// Texel 2 (only where spots exist): axis in view space; w 1 - cos(outer).
 /// Texel 3: x 1 / max(0.001, cos(inner) - cos(outer)).

@@ -44,26 +44,28 @@ pub struct Queue {
 impl Queue {
     /// A queue whose timers hold `timer_queries` timestamps a submission (0: none).
     pub fn create(device: &Arc<Device>, timer_queries: u32) -> Result<Self> {
-        let info = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(device.queue_family)
-            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
-        // SAFETY: plain creation.
-        let pool = unsafe { device.raw.create_command_pool(&info, None) }.map_err(failed("creating a command pool"))?;
-        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
-        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
-        // SAFETY: plain creation.
-        let timeline =
-            unsafe { device.raw.create_semaphore(&info, None) }.map_err(failed("creating the timeline semaphore"))?;
-        device.name(timeline, "timeline");
         let timers = device.facts.timestamp_bits > 0 && timer_queries > 0;
+        // Filled in as it is made, so that whatever exists is destroyed when a later step fails; null handles are ignored.
         let mut queue = Self {
             device: device.clone(),
-            pool,
-            timeline,
+            pool: vk::CommandPool::null(),
+            timeline: vk::Semaphore::null(),
             slots: Vec::new(),
             submitted: 0,
             timer_queries: if timers { timer_queries } else { 0 },
         };
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        // SAFETY: plain creation.
+        let pool = unsafe { device.raw.create_command_pool(&info, None) };
+        queue.pool = pool.map_err(failed("creating a command pool"))?;
+        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: plain creation.
+        let timeline = unsafe { device.raw.create_semaphore(&info, None) };
+        queue.timeline = timeline.map_err(failed("creating the timeline semaphore"))?;
+        device.name(queue.timeline, "timeline");
         for _ in 0..FRAMES_IN_FLIGHT {
             queue.add_slot()?;
         }
@@ -102,17 +104,18 @@ impl Queue {
         slot.written = record(slot.commands, slot.timer);
         // SAFETY: begun above.
         unsafe { raw.end_command_buffer(slot.commands) }.map_err(failed("recording"))?;
-        self.submitted += 1;
-        slot.value = self.submitted;
+        let value = self.submitted + 1;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let signals = [vk::SemaphoreSubmitInfo::default()
             .semaphore(self.timeline)
-            .value(self.submitted)
+            .value(value)
+            // Everything has ended: a frame's resources are free for the host and the next frame in this slot.
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let info = [vk::SubmitInfo2::default().command_buffer_infos(&commands).signal_semaphore_infos(&signals)];
         // SAFETY: everything recorded is alive until the timeline reaches the value.
         unsafe { raw.queue_submit2(self.device.queue, &info, vk::Fence::null()) }.map_err(failed("submitting"))?;
-        Ok(self.submitted)
+        (self.submitted, slot.value) = (value, value);
+        Ok(value)
     }
 
     /// Waits until the timeline has reached `value`.
@@ -146,7 +149,9 @@ impl Queue {
         let bits = self.device.facts.timestamp_bits;
         let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
         let tick_ms = f64::from(self.device.facts.limits.timestamp_period) * 1e-6;
-        let node_ms = ticks.windows(2).map(|w| (w[1].wrapping_sub(w[0]) & mask) as f64 * tick_ms).collect();
+        // Nodes that do not wait for one another may end out of order: a difference past half the counter is a small negative one.
+        let elapsed = |w: &[u64]| Some(w[1].wrapping_sub(w[0]) & mask).filter(|d| *d <= mask / 2).unwrap_or(0);
+        let node_ms = ticks.windows(2).map(|w| elapsed(w) as f64 * tick_ms).collect();
         Ok(Timings { node_ms })
     }
 

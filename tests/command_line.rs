@@ -27,6 +27,10 @@ fn a_wrong_command_line_is_status_2() {
     refused(&["render", "--no-such-flag"], 2, "--no-such-flag");
     refused(&["render", "-o", "x.jpg"], 2, ".png or .exr");
     refused(&["render", "builtin:nowhere"], 2, "nowhere");
+    refused(&["render", "-o", "a.png", "--json", "a.png"], 2, "one file");
+    refused(&["render", "--layers", "-o", "a.png"], 2, "a PNG has none");
+    refused(&["diff", "a.exr", "b.exr", "--max", "nan"], 2, "NaN");
+    refused(&["diff", "a.exr", "b.exr", "-o", "heat.exr"], 2, ".png");
     refused(&["plan", "--limits", "minimum", "--light-range", "2", "--light-cutoff", "1"], 2, "give one");
     refused(&["plan", "--limits", "minimum", "--ambient=-1,0,0"], 2, "non-negative");
 }

@@ -25,15 +25,15 @@ fn a_missing_barrier_is_reported_by_the_layer() {
     let Some(gpu) = support::gpu() else { return };
     let scene = builtin::load("furnace").expect("a built-in scene");
     let request = Request { width: 8, height: 8, ..Request::default() };
-    let plan = Plan::new(&scene, &request, &gpu.renderer.limits()).expect("a plan");
-    let mut prepared = gpu.renderer.prepare_frame(&scene, &plan, fill_then_copy(&plan)).expect("a frame");
+    let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
+    let mut prepared = gpu.prepare_frame(&scene, &plan, fill_then_copy(&plan)).expect("a frame");
     prepared.draw(1).expect("a frame");
-    let before = gpu.renderer.take_messages();
+    let before = gpu.take_messages();
     assert!(before.is_empty(), "{before:#?}");
     assert!(prepared.check().is_empty(), "{:#?}", prepared.check());
     prepared.forget_barrier("copy", "filled");
     prepared.draw(1).expect("a frame");
-    let messages = gpu.renderer.take_messages();
+    let messages = gpu.take_messages();
     // The layers of 2023 and of 2026 spell it differently.
     let is_hazard = |m: &String| m.contains("READ_AFTER_WRITE") || m.contains("READ-AFTER-WRITE");
     let hazard = messages.iter().any(is_hazard);
@@ -46,8 +46,8 @@ fn the_checker_reads_what_was_recorded() {
     let Some(gpu) = support::gpu() else { return };
     let scene = builtin::load("cornell").expect("a built-in scene");
     let request = Request { width: 32, height: 32, ..Request::default() };
-    let plan = Plan::new(&scene, &request, &gpu.renderer.limits()).expect("a plan");
-    let mut prepared = gpu.renderer.prepare(&scene, &plan).expect("a frame");
+    let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
+    let mut prepared = gpu.prepare(&scene, &plan).expect("a frame");
     prepared.draw(3).expect("frames");
     assert!(prepared.check().is_empty(), "{:#?}", prepared.check());
     let graph = prepared.graph().0;
@@ -67,4 +67,18 @@ fn validation_without_the_layer_is_refused() {
         .expect("the program starts");
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("VK_LAYER_KHRONOS_validation"));
+}
+
+#[test]
+fn a_missing_barrier_to_the_host_is_found() {
+    let Some(gpu) = support::gpu() else { return };
+    let scene = builtin::load("furnace").expect("a built-in scene");
+    let request = Request { width: 8, height: 8, ..Request::default() };
+    let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
+    let mut prepared = gpu.prepare(&scene, &plan).expect("a frame");
+    prepared.draw(1).expect("a frame");
+    prepared.forget_barrier("host_read", "radiance (host)");
+    prepared.read_back().expect("a picture");
+    let found = prepared.check();
+    assert!(found.iter().any(|v| v.second.starts_with("host_read")), "{found:#?}");
 }

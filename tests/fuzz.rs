@@ -253,14 +253,14 @@ fn fuzzed_scenes_are_drawn() {
         let what = format!("seed {seed} index {index} ({})", original.name);
         index += 1;
         let Ok(scene) = gltf::load_slice(&bytes, original.base.as_deref(), NAME) else { continue };
-        let Ok(plan) = Plan::new(&scene, &request, &gpu.renderer.limits()) else { continue };
-        let mut prepared = gpu.renderer.prepare(&scene, &plan).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let Ok(plan) = Plan::new(&scene, &request, &gpu.limits()) else { continue };
+        let mut prepared = gpu.prepare(&scene, &plan).unwrap_or_else(|e| panic!("{what}: {e}"));
         prepared.draw(1).unwrap_or_else(|e| panic!("{what}: {e}"));
         let picture = prepared.read_back().unwrap_or_else(|e| panic!("{what}: {e}"));
         let violations = prepared.check();
         assert!(violations.is_empty(), "{what}: {violations:#?}");
         drop(prepared);
-        let messages = gpu.renderer.take_messages();
+        let messages = gpu.take_messages();
         assert!(messages.is_empty(), "{what}: {messages:#?}");
         assert_eq!((picture.width, picture.height), (48, 32), "{what}");
         let radiance = picture.layer("radiance").expect("radiance is read back");

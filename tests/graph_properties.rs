@@ -56,10 +56,12 @@ fn build(nodes: &[Vec<(usize, usize, bool)>]) -> Graph {
             if accesses.iter().any(|a| a.resource == handle) {
                 continue;
             }
-            // Contents are discarded only by pure writes; an image's first use is one, so that a layout is defined.
+            // What is read has been written before, and an image's first use defines its layout.
+            let first = !written[resource];
+            let access = if first && !access.writes() { Access::TransferWrite } else { access };
             let pure_write = access.writes() && access.read_flags().is_empty();
-            let access = if resource >= 3 && !written[resource] { Access::TransferWrite } else { access };
-            let fresh = (fresh && pure_write) || (resource >= 3 && !written[resource]);
+            let access = if first && !pure_write { Access::TransferWrite } else { access };
+            let fresh = first || (fresh && access.read_flags().is_empty() && access.writes());
             written[resource] = true;
             accesses.push(Declared { name: format!("touch {resource}"), resource: handle, access, fresh });
         }
@@ -74,6 +76,7 @@ proptest! {
     #[test]
     fn derived_barriers_order_every_access(nodes in graphs()) {
         let graph = build(&nodes);
+        prop_assert!(graph.problems().is_empty(), "{:?}", graph.problems());
         let barriers = hazard::derive(&graph);
         let found = checker::check(&graph, &log::declared(&graph, &barriers, 3));
         prop_assert!(found.is_empty(), "{found:#?}\n{}", lampyris::graph::describe::listing(&graph, &barriers));
@@ -105,4 +108,43 @@ proptest! {
             prop_assert!(!found.is_empty(), "invisible: {}", lampyris::graph::describe::sentence(&graph, &barriers[index]));
         }
     }
+}
+
+/// One transient image, touched by one node.
+fn one_node(accesses: &[(Access, bool)]) -> Graph {
+    let mut graph = Graph::new();
+    let image = graph.image("image", vk::Format::R32_SFLOAT, [4, 4], Lifetime::Transient);
+    let touch = |&(access, fresh): &(Access, bool)| Declared {
+        name: "touch".into(),
+        resource: Resource::Image(image),
+        access,
+        fresh,
+    };
+    let accesses = accesses.iter().map(touch).collect();
+    graph.nodes.push(Node { name: "node".into(), accesses, work: Work::Host });
+    graph
+}
+
+#[test]
+fn what_cannot_be_synchronized_is_said() {
+    let says = |accesses: &[(Access, bool)]| one_node(accesses).problems().join("; ");
+    assert_eq!(says(&[(Access::ComputeImageWrite, true)]), "");
+    assert!(says(&[(Access::ComputeImageWrite, false)]).contains("before anything defines it"));
+    assert!(says(&[(Access::ComputeImageWrite, true), (Access::ComputeSampled, false)]).contains("at once"));
+}
+
+#[test]
+fn reading_what_nothing_wrote_is_found() {
+    let mut graph = Graph::new();
+    let buffer = graph.buffer("buffer", 64, Lifetime::Transient);
+    let read = Declared {
+        name: "touch".into(),
+        resource: Resource::Buffer(buffer),
+        access: Access::ComputeStorageRead,
+        fresh: false,
+    };
+    graph.nodes.push(Node { name: "node".into(), accesses: vec![read], work: Work::Host });
+    let found = checker::check(&graph, &log::declared(&graph, &[], 1));
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].problem, checker::Problem::Undefined);
 }

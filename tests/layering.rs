@@ -59,6 +59,7 @@ fn rust_files(path: &Path, found: &mut Vec<std::path::PathBuf>) {
 /// Modules of this crate that a source names in paths.
 fn uses(source: &str) -> Vec<String> {
     let code = source.lines().filter(|l| !l.trim_start().starts_with("//"));
+    assert!(!source.contains("crate::{"), "a grouped use of the crate hides its arrows");
     let mut found = Vec::new();
     for line in code {
         for part in line.split("crate::").skip(1) {

@@ -56,7 +56,7 @@ fn materials_of_every_kind() {
 #[test]
 fn every_scene_every_shading_against_f64() {
     let Some(gpu) = gpu() else { return };
-    let rows = checks::scenes(&gpu.renderer).expect("the scenes draw");
+    let rows = checks::scenes(&gpu).expect("the scenes draw");
     assert!(!rows.is_empty());
     for row in &rows {
         println!("{}: {}", row.name, row.detail);
@@ -81,7 +81,7 @@ fn strangers_files_draw() {
         }
         let scene = gltf::load(&path).expect(file);
         let request = Request { width: 160, height: 90, ..Request::default() };
-        let judged = checks::judge(&gpu.renderer, &scene, &request).expect(file);
+        let judged = checks::judge(&gpu, &scene, &request).expect(file);
         println!("{file}: {judged:?}");
         assert!(judged.covered > 0 && judged.interior > 0, "{file}: nothing is seen");
         assert_eq!(judged.not_finite, 0, "{file}");

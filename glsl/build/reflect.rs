@@ -153,9 +153,9 @@ impl Tables {
     }
 
     fn kind(&self, variable: u32, pointer: u32, storage_class: u32) -> Option<Kind> {
-        let mut inner = self.pointee(pointer);
-        while let Some(Type::Array(element)) = self.types.get(&inner) {
-            inner = *element;
+        let inner = self.pointee(pointer);
+        if let Some(Type::Array(_)) = self.types.get(&inner) {
+            panic!("arrays of descriptors are not reflected");
         }
         let on_variable = self.decorations.get(&variable);
         let variable_flags = on_variable.map_or((false, false), |d| (d.non_writable, d.non_readable));

@@ -55,13 +55,13 @@ vec3 view_direction(Surface s) {
 
 vec3 shade_all_lights(Surface s) {
     if (s.unlit) {
-        return s.base_color;
+        return min(s.base_color, MAX_RADIANCE);
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
     precise vec3 sum = frame.data.ambient * s.occlusion * s.base_color + s.emissive;
     if (LIGHT_KINDS == 0u) {
-        return sum;
+        return min(sum, MAX_RADIANCE);
     }
     uint count = frame.data.light_count;
     if (!LIGHT_SEEK) {

@@ -89,6 +89,7 @@ fn run_ceiling(args: &Bench) -> Result<ExitCode> {
     if let Some(path) = &args.json {
         let value = json!({
             "schema": report::SCHEMA,
+            "version": env!("CARGO_PKG_VERSION"),
             "experiment": "ceiling",
             "device": report::device_json(facts),
             "width": args.size.0,

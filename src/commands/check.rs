@@ -20,7 +20,7 @@ pub fn run(args: &Check) -> Result<ExitCode> {
     let facts = &renderer.device().facts;
     let quiet = report::json_on_stdout(args.json.as_deref());
     if !quiet {
-        report::print(&format!("{}\n", report::device_line(facts)))?;
+        report::print(&format!("{}\n", facts.line()))?;
     }
     let mut rows: Vec<Row> = Vec::new();
     for (name, check) in checks::ALL {
@@ -47,7 +47,7 @@ pub fn run(args: &Check) -> Result<ExitCode> {
         let device = report::device_json(facts);
         report::write_json(
             path,
-            &json!({ "schema": report::SCHEMA, "device": device, "rows": listed, "failed": failed }),
+            &json!({ "schema": report::SCHEMA, "version": env!("CARGO_PKG_VERSION"), "device": device, "rows": listed, "failed": failed }),
         )?;
     }
     if failed > 0 {

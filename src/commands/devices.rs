@@ -19,7 +19,7 @@ pub fn run(args: &Devices) -> Result<ExitCode> {
     let (mut out, mut listed) = (String::new(), Vec::new());
     for facts in &all {
         let (major, minor, patch) = facts.api;
-        out += &format!("{}, Vulkan {major}.{minor}.{patch}, {}\n", report::device_line(facts), facts.kind);
+        out += &format!("{}, Vulkan {major}.{minor}.{patch}, {}\n", facts.line(), facts.kind);
         if facts.missing.is_empty() {
             out += "  baseline: met\n";
         } else {
@@ -47,7 +47,10 @@ pub fn run(args: &Devices) -> Result<ExitCode> {
         report::print(&out)?;
     }
     if let Some(path) = &args.json {
-        report::write_json(path, &json!({ "schema": report::SCHEMA, "devices": listed }))?;
+        report::write_json(
+            path,
+            &json!({ "schema": report::SCHEMA, "version": env!("CARGO_PKG_VERSION"), "devices": listed }),
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -15,6 +15,13 @@ use crate::measure::{file, metrics, read};
 /// # Errors
 /// Pictures that cannot be compared, or `--max` passed.
 pub fn run(args: &Diff) -> Result<ExitCode> {
+    if let Some(most) = args.max.filter(|m| !(m.is_finite() && *m >= 0.0)) {
+        return Err(Error::usage(format!("--max {most} is not a difference from 0 on")));
+    }
+    if let Some(path) = args.output.as_deref().filter(|p| p.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")))
+    {
+        return Err(Error::usage(format!("{}: a heat map is written as .png", path.display())));
+    }
     let (a, b) = (read::load(&args.a)?, read::load(&args.b)?);
     if (a.width, a.height) != (b.width, b.height) {
         return Err(Error::new(format!(
@@ -46,6 +53,7 @@ pub fn run(args: &Diff) -> Result<ExitCode> {
         // JSON has no infinity: a picture with a NaN in it compares as null.
         let value = json!({
             "schema": report::SCHEMA,
+            "version": env!("CARGO_PKG_VERSION"),
             "rmse": d.rmse, "max": d.max_abs, "mean_relative": d.mean_relative, "max_relative": d.max_relative,
             "differing_pixels": d.differing_pixels, "pixels": d.pixels,
         });

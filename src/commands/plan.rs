@@ -8,7 +8,7 @@ use super::{report, setup};
 use crate::cli::{LimitsChoice, PlanArgs};
 use crate::error::Result;
 use crate::gpu::Options;
-use crate::graph::{Access, describe, hazard};
+use crate::graph::{Access, Graph, describe, hazard};
 use crate::passes;
 use crate::plan::{Plan, Technique};
 use crate::renderer::Renderer;
@@ -25,14 +25,17 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let options = Options { validate: false, driver: args.shared.driver.clone() };
     let renderer = if needs_device { Some(Renderer::new(&options)?) } else { None };
     let plan = Plan::new(&scene, &request, &setup::limits(&args.shared, renderer.as_ref()))?;
-    let frame = passes::frame(&plan);
-    let barriers = hazard::derive(&frame.graph);
+    let traced = plan.technique == Technique::Reference;
+    let graph = if traced { Graph::new() } else { passes::frame(&plan).graph };
+    let barriers = hazard::derive(&graph);
     if !report::json_on_stdout(args.json.as_deref()) {
         let mut out = String::new();
-        if args.dot {
-            out += &describe::dot(&frame.graph, &barriers);
+        if traced && (args.dot || args.barriers) {
+            out += "the reference traces rays on the CPU: it has no passes and no barriers\n";
+        } else if args.dot {
+            out += &describe::dot(&graph, &barriers);
         } else if args.barriers {
-            out += &describe::listing(&frame.graph, &barriers);
+            out += &describe::listing(&graph, &barriers);
         } else {
             out += &summary(&scene, &plan);
             out += &format!(
@@ -44,14 +47,14 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
         report::print(&out)?;
     }
     if let Some(path) = &args.json {
-        let listed: Vec<_> = barriers.iter().map(|b| barrier_json(&frame.graph, b)).collect();
+        let listed: Vec<_> = barriers.iter().map(|b| barrier_json(&graph, b)).collect();
         let value = json!({
             "schema": report::SCHEMA,
             "version": env!("CARGO_PKG_VERSION"),
             "device": renderer.as_ref().map(|r| report::device_json(&r.device().facts)),
             "scene": scene_json(&args.scene, &scene, &scene.fingerprint()),
             "plan": plan_json(&plan),
-            "passes": frame.graph.nodes.iter().map(|n| json!({ "name": n.name })).collect::<Vec<_>>(),
+            "passes": graph.nodes.iter().map(|n| json!({ "name": n.name })).collect::<Vec<_>>(),
             "barriers": listed,
             "notes": plan.notes.iter().chain(&scene.warnings).collect::<Vec<_>>(),
         });
@@ -60,7 +63,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn barrier_json(graph: &crate::graph::Graph, b: &hazard::Barrier) -> Value {
+fn barrier_json(graph: &Graph, b: &hazard::Barrier) -> Value {
     let producers: Vec<_> = b
         .producers
         .iter()
@@ -84,13 +87,13 @@ fn barrier_json(graph: &crate::graph::Graph, b: &hazard::Barrier) -> Value {
 /// Scene, technique, effects and notes for people.
 pub fn summary(scene: &Scene, plan: &Plan) -> String {
     let mut out = format!(
-        "scene     {}: {} triangles in {} instances, {} materials, {} textures, {} lights\n",
+        "scene     {}: {} in {}, {}, {}, {}\n",
         scene.name,
-        scene.triangle_count(),
-        scene.instances.len(),
-        scene.materials.len(),
-        plan.materials.textures.len(),
-        plan.lights.count
+        report::count(scene.triangle_count(), "triangle"),
+        report::count(scene.instances.len(), "instance"),
+        report::count(scene.materials.len(), "material"),
+        report::count(plan.materials.textures.len(), "texture"),
+        report::count(scene.lights.len(), "light")
     );
     out += &format!("picture   {}x{} through camera \"{}\"\n", plan.view.width, plan.view.height, plan.view.name);
     out += &format!("plan      {}, {} shading ({})\n", plan.technique.name(), plan.shading.name(), plan.technique_why);

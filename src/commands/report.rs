@@ -56,9 +56,9 @@ pub fn device_json(facts: &Facts) -> Value {
     })
 }
 
-/// Device and driver in one line.
-pub fn device_line(facts: &Facts) -> String {
-    if facts.driver.is_empty() { facts.name.clone() } else { format!("{} ({})", facts.name, facts.driver) }
+/// A number and its noun, in the singular for 1.
+pub fn count(n: usize, noun: &str) -> String {
+    if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
 }
 
 /// Bytes as people read them.

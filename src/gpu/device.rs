@@ -5,6 +5,7 @@ use std::mem::ManuallyDrop;
 use std::sync::Mutex;
 
 use ash::{ext, khr, vk};
+use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::features::{self, Facts};
@@ -52,9 +53,11 @@ impl Device {
         if has(khr::portability_subset::NAME) {
             extensions.push(khr::portability_subset::NAME.as_ptr());
         }
+        let core = vk::PhysicalDeviceFeatures::default().full_draw_index_uint32(facts.full_draw_index);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .enabled_features(&core)
             .push_next(&mut f12)
             .push_next(&mut f13);
         // SAFETY: every pointer in `info` lives until the call returns; features were checked by `choose`.
@@ -68,9 +71,14 @@ impl Device {
             physical_device: facts.physical,
             debug_settings: Default::default(),
             buffer_device_address: false,
-            allocation_sizes: Default::default(),
+            // The smallest blocks there are: large resources have memory of their own, small ones share.
+            allocation_sizes: AllocationSizes::new(4 << 20, 4 << 20),
         })
-        .map_err(|e| Error::new(format!("starting the memory allocator failed: {e}")))?;
+        .map_err(|e| {
+            // SAFETY: nothing has been made with the device yet.
+            unsafe { raw.destroy_device(None) };
+            Error::new(format!("starting the memory allocator failed: {e}"))
+        })?;
         let debug = instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Self {
             raw,
@@ -90,12 +98,6 @@ impl Device {
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&text);
         // SAFETY: the handle is alive; a failure to name changes nothing.
         let _ = unsafe { debug.set_debug_utils_object_name(&info) };
-    }
-
-    /// Waits until the queue is idle.
-    pub fn wait_idle(&self) -> Result<()> {
-        // SAFETY: the device is alive and used from this thread.
-        unsafe { self.raw.device_wait_idle() }.map_err(failed("waiting for the device"))
     }
 }
 

@@ -48,6 +48,17 @@ pub struct Facts {
     pub queue_family: Option<u32>,
     /// `maxBufferSize`.
     pub max_buffer_bytes: u64,
+    /// Iterations after which the driver silently leaves a shader's loops, all of them together; `None`: it does not.
+    pub loop_iterations: Option<u32>,
+    /// Indices pass 2^24 - 1; asked for where offered.
+    pub full_draw_index: bool,
+}
+
+impl Facts {
+    /// Device and driver in one line.
+    pub fn line(&self) -> String {
+        if self.driver.is_empty() { self.name.clone() } else { format!("{} ({})", self.name, self.driver) }
+    }
 }
 
 /// Every device the loader shows, in its order.
@@ -79,9 +90,8 @@ pub fn choose(instance: &Instance, driver: Option<&str>) -> Result<Facts> {
     })?;
     if !chosen.missing.is_empty() {
         return Err(Error::new(format!(
-            "{} {} is below the baseline: it lacks {}",
-            chosen.name,
-            chosen.driver,
+            "{} is below the baseline: it lacks {}",
+            chosen.line(),
             chosen.missing.join(", ")
         )));
     }
@@ -119,6 +129,8 @@ fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
         timestamp_bits: 0,
         queue_family: None,
         max_buffer_bytes: 0,
+        full_draw_index: false,
+        loop_iterations: None,
     };
     // SAFETY: as above.
     let families = unsafe { instance.raw.get_physical_device_queue_family_properties(physical) };
@@ -147,6 +159,8 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     // SAFETY: the chain lives through the call and the device is of version 1.3.
     unsafe { instance.raw.get_physical_device_properties2(physical, &mut properties) };
     facts.subgroup_size = v11.subgroup_size;
+    // llvmpipe counts down from 65,535 over all loops of an invocation and then leaves them (Mesa, gallivm, LP_MAX_TGSI_LOOP_ITERATIONS).
+    facts.loop_iterations = (v12.driver_id == vk::DriverId::MESA_LLVMPIPE).then_some(65_535);
     facts.driver = format!("{} {}", text(&v12.driver_name), text(&v12.driver_info)).trim().to_string();
     facts.max_buffer_bytes = v13.max_buffer_size;
     let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
@@ -155,6 +169,10 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     // SAFETY: as above.
     unsafe { instance.raw.get_physical_device_features2(physical, &mut features) };
     let core = features.features;
+    facts.full_draw_index = core.full_draw_index_uint32 != vk::FALSE;
+    if !facts.full_draw_index {
+        facts.limits.max_draw_indexed_index_value = (1 << 24) - 1;
+    }
     let baseline = [
         (f13.synchronization2, "synchronization2"),
         (f13.dynamic_rendering, "dynamicRendering"),
@@ -169,29 +187,21 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     if limits.max_compute_shared_memory_size < 32 << 10 {
         facts.missing.push("32 KiB of shared memory");
     }
+    let timestamps = facts.timestamp_bits > 0;
     let optional = [
-        ("BC texture compression", core.texture_compression_bc, "the same blocks are decoded from a buffer"),
-        ("f64 in shaders", core.shader_float64, "oracles run on the CPU"),
-        ("f16 in shaders", f12.shader_float16, "f32 is used"),
-        ("anisotropic filtering", core.sampler_anisotropy, "it is not used: one texture-level rule on every driver"),
-        ("timestamps", u32::from(facts.timestamp_bits > 0), "host time, said in the report"),
-        ("pipeline statistics", core.pipeline_statistics_query, "counters that need them are left out"),
+        ("timestamps", timestamps, "frames are timed by the host, passes are not, said in the report"),
+        ("32-bit indices", facts.full_draw_index, "meshes of more than 2^24 vertices are refused"),
     ];
-    facts.optional =
-        optional.iter().map(|&(name, there, without)| Optional { name, there: there != 0, without }).collect();
-    let counts = limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts;
-    for (bit, name) in [
-        (vk::SampleCountFlags::TYPE_2, "2 samples a pixel"),
-        (vk::SampleCountFlags::TYPE_4, "4 samples a pixel"),
-        (vk::SampleCountFlags::TYPE_8, "8 samples a pixel"),
-    ] {
-        let without = "the nearest count is taken, aloud";
-        facts.optional.push(Optional { name, there: counts.contains(bit), without });
-    }
+    facts.optional = optional.iter().map(|&(name, there, without)| Optional { name, there, without }).collect();
     // SAFETY: as above.
     let rgba32f =
         unsafe { instance.raw.get_physical_device_format_properties(physical, vk::Format::R32G32B32A32_SFLOAT) };
-    let blends = rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND);
-    let without = "light volumes would round to 16 bits; the plan says so";
-    facts.optional.push(Optional { name: "blending into RGBA32F", there: blends, without });
+    // SAFETY: as above.
+    let d32f = unsafe { instance.raw.get_physical_device_format_properties(physical, vk::Format::D32_SFLOAT) };
+    if !d32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT) {
+        facts.missing.push("32-bit float depth");
+    }
+    if !rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT) {
+        facts.missing.push("RGBA32F colour attachments");
+    }
 }

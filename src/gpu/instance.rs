@@ -1,7 +1,7 @@
 //! The Vulkan instance, the validation layers and where their messages go.
 
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use ash::{Entry, ext, khr, vk};
 
@@ -24,11 +24,6 @@ pub struct Options {
 pub struct Messages(Mutex<Vec<String>>);
 
 impl Messages {
-    /// Copies what has come so far.
-    pub fn list(&self) -> Vec<String> {
-        self.0.lock().map(|list| list.clone()).unwrap_or_default()
-    }
-
     /// Takes what has come so far.
     pub fn take(&self) -> Vec<String> {
         self.0.lock().map(|mut list| std::mem::take(&mut *list)).unwrap_or_default()
@@ -46,7 +41,7 @@ pub struct Instance {
     /// True where the validation layer is on.
     pub validation: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    messages: Box<Messages>,
+    messages: Arc<Messages>,
 }
 
 unsafe extern "system" fn on_message(
@@ -55,7 +50,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: `user` is the boxed `Messages` of the instance, which outlives the messenger; `data` is valid for the call.
+    // SAFETY: `user` is the `Messages` that the instance keeps until the messenger is gone; `data` is valid for the call.
     unsafe {
         let messages = &*user.cast::<Messages>();
         let text = (*data).p_message;
@@ -103,6 +98,9 @@ impl Instance {
         if debug_utils {
             extensions.push(ext::debug_utils::NAME.as_ptr());
         }
+        if validation && has_extension(&entry, Some(VALIDATION_LAYER), ext::validation_features::NAME) {
+            extensions.push(ext::validation_features::NAME.as_ptr());
+        }
         let mut flags = vk::InstanceCreateFlags::empty();
         if portability {
             extensions.push(khr::portability_enumeration::NAME.as_ptr());
@@ -125,12 +123,16 @@ impl Instance {
         }
         // SAFETY: every pointer in `info` lives until the call returns.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+            // The loader says so both where no driver is there and where none is of version 1.3.
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::new(NO_DRIVER),
             other => failed("creating a Vulkan 1.3 instance")(other),
         })?;
-        let messages = Box::<Messages>::default();
+        let messages = Arc::<Messages>::default();
         let mut instance = Self { entry, raw, debug_utils, validation, messenger: None, messages };
-        if validation && debug_utils {
+        if validation && !debug_utils {
+            return Err(Error::new("--validate needs VK_EXT_debug_utils, which neither loader nor layer has"));
+        }
+        if validation {
             instance.listen()?;
         }
         Ok(instance)
@@ -138,7 +140,7 @@ impl Instance {
 
     fn listen(&mut self) -> Result<()> {
         let functions = ext::debug_utils::Instance::new(&self.entry, &self.raw);
-        let user: *const Messages = &*self.messages;
+        let user = Arc::as_ptr(&self.messages);
         let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
                 vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
@@ -146,7 +148,7 @@ impl Instance {
             .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
             .pfn_user_callback(Some(on_message))
             .user_data(user.cast_mut().cast());
-        // SAFETY: `messages` is boxed and dropped after the messenger.
+        // SAFETY: the instance keeps `messages` until the messenger is gone.
         let messenger = unsafe { functions.create_debug_utils_messenger(&info, None) }
             .map_err(failed("creating the debug messenger"))?;
         self.messenger = Some((functions, messenger));
@@ -154,8 +156,8 @@ impl Instance {
     }
 
     /// Messages of the validation layer.
-    pub fn messages(&self) -> &Messages {
-        &self.messages
+    pub fn messages(&self) -> Arc<Messages> {
+        self.messages.clone()
     }
 }
 

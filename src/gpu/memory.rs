@@ -20,6 +20,9 @@ pub struct Accounts {
     pub total: u64,
     /// Largest `total` so far.
     pub peak: u64,
+    /// `live` as it was when `total` was within 1 % of its peak.
+    pub at_peak: BTreeMap<String, u64>,
+    snapshot: u64,
 }
 
 impl Accounts {
@@ -27,6 +30,11 @@ impl Accounts {
         *self.live.entry(name.to_string()).or_default() += bytes;
         self.total += bytes;
         self.peak = self.peak.max(self.total);
+        // Not at every step: many small resources would be copied over and over.
+        if self.total as f64 > self.snapshot as f64 * 1.01 {
+            self.snapshot = self.total;
+            self.at_peak.clone_from(&self.live);
+        }
     }
 
     fn remove(&mut self, name: &str, bytes: u64) {
@@ -40,6 +48,9 @@ impl Accounts {
     }
 }
 
+/// From this size on a resource has an allocation of its own.
+const DEDICATED_BYTES: u64 = 1 << 20;
+
 fn allocate(
     device: &Device,
     name: &str,
@@ -47,7 +58,9 @@ fn allocate(
     location: MemoryLocation,
     scheme: AllocationScheme,
 ) -> Result<Allocation> {
-    let linear = matches!(scheme, AllocationScheme::DedicatedBuffer(_)) || location != MemoryLocation::GpuOnly;
+    let linear = matches!(scheme, AllocationScheme::DedicatedBuffer(_));
+    // Drivers may grant 4,096 allocations in all: only large resources get one of their own.
+    let scheme = if requirements.size < DEDICATED_BYTES { AllocationScheme::GpuAllocatorManaged } else { scheme };
     let desc = AllocationCreateDesc { name, requirements, location, linear, allocation_scheme: scheme };
     let mut allocator = device.allocator.lock().map_err(|_| Error::new("the memory allocator is unusable"))?;
     let allocation = allocator.allocate(&desc).map_err(|e| {
@@ -193,7 +206,7 @@ pub struct ImageDesc {
 /// Depth or colour, by format.
 pub fn aspect_of(format: vk::Format) -> vk::ImageAspectFlags {
     match format {
-        vk::Format::D32_SFLOAT | vk::Format::D16_UNORM => vk::ImageAspectFlags::DEPTH,
+        vk::Format::D32_SFLOAT | vk::Format::X8_D24_UNORM_PACK32 | vk::Format::D16_UNORM => vk::ImageAspectFlags::DEPTH,
         _ => vk::ImageAspectFlags::COLOR,
     }
 }

@@ -168,7 +168,12 @@ fn create_pipelines(
     for node in &graph.nodes {
         let mut objects = NodeObjects::default();
         match &node.work {
-            Work::Dispatch { pipeline, .. } => {
+            Work::Dispatch { pipeline, groups, .. } => {
+                let most = device.facts.limits.max_compute_work_group_count;
+                if groups.iter().zip(most).any(|(g, m)| *g > m) {
+                    let name = &node.name;
+                    return Err(Error::new(format!("{name} needs {groups:?} workgroups, this device takes {most:?}")));
+                }
                 pipelines.push(Pipeline::compute(device, cache, pipeline)?);
                 objects.pipelines.push(pipelines.len() - 1);
             }

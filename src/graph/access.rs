@@ -4,7 +4,7 @@
 use ash::vk;
 use ash::vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
-use super::{Binding, BufferHandle, ImageHandle, Resource, SamplerState};
+use super::{Binding, BufferHandle, Contents, ImageHandle, Resource, SamplerState};
 
 macro_rules! accesses {
     ($($(#[$doc:meta])* $name:ident: $stage:expr, $access:expr, $layout:expr;)*) => {
@@ -135,7 +135,7 @@ macro_rules! buffer_bindings {
             /// The binding's declaration.
             pub fn bound(self, name: &'static str, set: u32, binding: u32) -> Binding {
                 let resource = Resource::Buffer(self.0);
-                Binding { name, set, binding, resource, access: Access::$name, sampler: None }
+                Binding { name, set, binding, resource, access: Access::$name, sampler: None, fresh: false }
             }
         }
     )* };
@@ -145,12 +145,13 @@ macro_rules! image_bindings {
     ($($name:ident)*) => { $(
         #[doc = concat!("An image bound with [`Access::", stringify!($name), "`].")]
         #[derive(Debug, Clone, Copy)]
-        pub struct $name(pub ImageHandle);
+        pub struct $name(pub ImageHandle, pub Contents);
         impl $name {
             /// The binding's declaration.
             pub fn bound(self, name: &'static str, set: u32, binding: u32) -> Binding {
                 let resource = Resource::Image(self.0);
-                Binding { name, set, binding, resource, access: Access::$name, sampler: None }
+                let fresh = self.1 == Contents::Discarded;
+                Binding { name, set, binding, resource, access: Access::$name, sampler: None, fresh }
             }
         }
     )* };
@@ -165,7 +166,7 @@ macro_rules! sampled_bindings {
             /// The binding's declaration.
             pub fn bound(self, name: &'static str, set: u32, binding: u32) -> Binding {
                 let resource = Resource::Image(self.0);
-                Binding { name, set, binding, resource, access: Access::$name, sampler: Some(self.1) }
+                Binding { name, set, binding, resource, access: Access::$name, sampler: Some(self.1), fresh: false }
             }
         }
     )* };

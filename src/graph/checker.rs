@@ -39,6 +39,8 @@ pub enum Problem {
     NotVisible,
     /// The image is in another layout.
     WrongLayout(ImageLayout, ImageLayout),
+    /// Read, but never written or since discarded.
+    Undefined,
 }
 
 impl fmt::Display for Violation {
@@ -48,6 +50,7 @@ impl fmt::Display for Violation {
             Problem::NotOrdered => write!(f, "{}: {} does not wait for {first}", self.resource, self.second),
             Problem::NotAvailable => write!(f, "{}: {first} is not made available to {}", self.resource, self.second),
             Problem::NotVisible => write!(f, "{}: {first} is not visible to {}", self.resource, self.second),
+            Problem::Undefined => write!(f, "{}: {} reads what nothing has written", self.resource, self.second),
             Problem::WrongLayout(is, wants) => {
                 write!(f, "{}: is in layout {is:?} where {} names {wants:?}", self.resource, self.second)
             }
@@ -88,32 +91,36 @@ impl Past {
     }
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Cell {
     past: Vec<Past>,
     layout: ImageLayout,
+    /// Something was written since the contents were last discarded.
+    defined: bool,
 }
 
 /// Checks a log that starts with nothing before it; an empty list is the proof.
 pub fn check(graph: &Graph, log: &[Event]) -> Vec<Violation> {
-    check_from(graph, log, &mut Layouts::default())
+    check_from(graph, log, &mut Progress::default())
 }
 
-/// Image layouts at a point where the device is idle: all that is left of what was checked before.
-pub type Layouts = BTreeMap<Resource, ImageLayout>;
+/// How far a log has been checked: what its next part has to be ordered after.
+#[derive(Debug, Clone, Default)]
+pub struct Progress {
+    cells: BTreeMap<Resource, Cell>,
+}
 
-/// Checks the next part of a log, which has to end with a wait of the host, and moves `layouts` to its end.
-pub fn check_from(graph: &Graph, log: &[Event], layouts: &mut Layouts) -> Vec<Violation> {
-    let cells = layouts.iter().map(|(r, &layout)| (*r, Cell { past: Vec::new(), layout })).collect();
-    let mut checker = Checker { graph, cells, found: Vec::new() };
+/// Checks the next part of a log and moves `progress` to its end.
+pub fn check_from(graph: &Graph, log: &[Event], progress: &mut Progress) -> Vec<Violation> {
+    let mut checker = Checker { graph, cells: std::mem::take(&mut progress.cells), found: Vec::new() };
     for event in log {
         match event {
             Event::Barrier(barriers) => checker.barrier(barriers),
             Event::Access(access) => checker.access(access),
-            Event::HostWait => checker.cells.values_mut().for_each(|cell| cell.past.clear()),
+            Event::HostWait => checker.host_wait(),
         }
     }
-    *layouts = checker.cells.iter().map(|(r, cell)| (*r, cell.layout)).collect();
+    progress.cells = checker.cells;
     checker.found
 }
 
@@ -126,15 +133,24 @@ struct Checker<'a> {
 impl Checker<'_> {
     fn cell(&mut self, resource: Resource) -> &mut Cell {
         let graph = self.graph;
-        self.cells.entry(resource).or_insert_with(|| Cell {
-            past: Vec::new(),
-            layout: match resource {
-                Resource::Image(i) if graph.image_info(i).lifetime == Lifetime::Static => {
-                    ImageLayout::SHADER_READ_ONLY_OPTIMAL
-                }
-                _ => ImageLayout::UNDEFINED,
-            },
+        self.cells.entry(resource).or_insert_with(|| {
+            let (lifetime, image) = match resource {
+                Resource::Image(i) => (graph.image_info(i).lifetime, true),
+                Resource::Buffer(b) => (graph.buffer_info(b).lifetime, false),
+            };
+            let filled = lifetime == Lifetime::Static;
+            let layout = if filled && image { ImageLayout::SHADER_READ_ONLY_OPTIMAL } else { ImageLayout::UNDEFINED };
+            Cell { past: Vec::new(), layout, defined: filled }
         })
+    }
+
+    /// A wait on the timeline orders everything before it and makes it available, but visible to nothing on the device
+    /// (specification, "Semaphore Signaling"; the implicit dependency of a submission covers writes of the host alone).
+    fn host_wait(&mut self) {
+        for past in self.cells.values_mut().flat_map(|cell| &mut cell.past) {
+            past.reached = PipelineStageFlags2::from_raw(u64::MAX);
+            past.available = true;
+        }
     }
 
     fn report(&mut self, resource: Resource, problem: Problem, first: Option<String>, second: String) {
@@ -190,6 +206,7 @@ impl Checker<'_> {
         let cell = self.cell(barrier.resource);
         let current = cell.layout;
         cell.layout = new;
+        cell.defined &= !discards;
         let past = std::mem::take(&mut cell.past);
         cell.past.push(Past {
             label: second.clone(),
@@ -222,6 +239,10 @@ impl Checker<'_> {
         if is_image && cell.layout != access.layout {
             problems.push((Problem::WrongLayout(cell.layout, access.layout), None));
         }
+        if writes.is_empty() && !cell.defined {
+            problems.push((Problem::Undefined, None));
+        }
+        cell.defined |= !writes.is_empty();
         for past in &mut cell.past {
             // Writes, and layout changes, which carry no stage of their own.
             let past_writes = !past.writes.is_empty() || past.stages.is_empty();

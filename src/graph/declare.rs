@@ -1,15 +1,17 @@
 //! What a node's work touches: derived from its typed bindings and attachments, so that nobody writes it twice.
 
-use super::{Access, Binding, Declared, Resource, Work};
+use std::collections::BTreeSet;
+
+use super::{Access, Binding, Declared, Graph, Lifetime, Node, Resource, Work};
 
 /// One declaration.
 pub(super) fn access(name: &str, resource: Resource, access: Access, fresh: bool) -> Declared {
     Declared { name: name.into(), resource, access, fresh }
 }
 
-/// Accesses follow from typed bindings and attachments; nobody writes them twice.
+/// Every access of a node.
 pub(super) fn accesses_of(work: &Work) -> Vec<Declared> {
-    let of_binding = |b: &Binding| access(b.name, b.resource, b.access, false);
+    let of_binding = |b: &Binding| access(b.name, b.resource, b.access, b.fresh);
     match work {
         Work::Dispatch { bindings, .. } => bindings.iter().map(of_binding).collect(),
         Work::Render(render) => {
@@ -48,4 +50,40 @@ pub(super) fn accesses_of(work: &Work) -> Vec<Declared> {
         }
         Work::Host => Vec::new(),
     }
+}
+
+/// See [`Graph::problems`].
+pub(super) fn problems(graph: &Graph) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut defined = BTreeSet::new();
+    for node in &graph.nodes {
+        for declared in &node.accesses {
+            let Resource::Image(image) = declared.resource else { continue };
+            let transient = graph.image_info(image).lifetime == Lifetime::Transient;
+            if defined.insert(image) && transient && !declared.fresh {
+                found.push(format!(
+                    "{}: {} is used before anything defines it",
+                    node.name,
+                    graph.image_info(image).name
+                ));
+            }
+        }
+        found.extend(clashes(graph, node));
+    }
+    found
+}
+
+fn clashes(graph: &Graph, node: &Node) -> Vec<String> {
+    let mut found = Vec::new();
+    for (index, a) in node.accesses.iter().enumerate() {
+        for b in &node.accesses[index + 1..] {
+            let same = a.resource == b.resource && a.access != b.access;
+            let layouts = matches!(a.resource, Resource::Image(_)) && a.access.layout() != b.access.layout();
+            if same && (a.access.writes() || b.access.writes() || layouts) {
+                let (name, a, b) = (graph.name_of(a.resource), a.access.name(), b.access.name());
+                found.push(format!("{}: {name} is touched by {a} and {b} at once", node.name));
+            }
+        }
+    }
+    found
 }

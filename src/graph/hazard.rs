@@ -126,11 +126,6 @@ fn prune(graph: &Graph, mut barriers: Vec<Barrier>) -> Vec<Barrier> {
 /// Frames after which nothing new can follow: the first has nothing before it, the second finds what a frame leaves.
 const FRAMES_TO_STEADY_STATE: usize = 3;
 
-/// Barriers of nodes that run once, with nothing before them.
-pub fn derive_once(graph: &Graph) -> Vec<Barrier> {
-    walk(graph, 0..graph.nodes.len(), &mut BTreeMap::new())
-}
-
 fn walk(graph: &Graph, nodes: std::ops::Range<usize>, states: &mut BTreeMap<Resource, State>) -> Vec<Barrier> {
     let mut barriers = Vec::new();
     for index in nodes {

@@ -102,6 +102,17 @@ pub struct Binding {
     pub access: Access,
     /// For sampled images.
     pub sampler: Option<SamplerState>,
+    /// The old contents are not wanted.
+    pub fresh: bool,
+}
+
+/// What becomes of the old contents of a storage image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contents {
+    /// They stay where they are not written.
+    Kept,
+    /// They are not wanted: the image may come from `UNDEFINED`.
+    Discarded,
 }
 
 /// A declared access of a node.
@@ -268,11 +279,20 @@ pub struct Draw {
     pub double_sided: bool,
 }
 
+/// One attribute of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stream {
+    /// First byte in the vertex buffer.
+    pub offset: u64,
+    /// Bytes from vertex to vertex; 0 where one element stands for all.
+    pub stride: u64,
+}
+
 /// Where a mesh lies in the shared buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshRange {
-    /// Byte offset of each attribute stream by location; `None`: one default element for all vertices.
-    pub streams: [Option<u64>; 6],
+    /// Each attribute stream by location.
+    pub streams: [Stream; 6],
     /// First index.
     pub index_offset: u32,
     /// Indices.
@@ -333,6 +353,12 @@ impl Graph {
     /// Ends the part that is timed and repeated.
     pub fn end_frame(&mut self) {
         self.frame_nodes = Some(self.nodes.len());
+    }
+
+    /// What the barriers cannot be derived for: a transient image that is used before anything defines its contents, and a node
+    /// that touches one resource in two ways of which one writes or which want two layouts.
+    pub fn problems(&self) -> Vec<String> {
+        declare::problems(self)
     }
 
     /// Number of nodes in the timed part.

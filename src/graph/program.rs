@@ -67,6 +67,11 @@ pub enum SlotKind {
 }
 
 impl SlotKind {
+    /// True for every kind of storage buffer.
+    pub fn is_storage_buffer(self) -> bool {
+        self.descriptor_type() == vk::DescriptorType::STORAGE_BUFFER
+    }
+
     /// The descriptor type a layout needs.
     pub fn descriptor_type(self) -> vk::DescriptorType {
         match self {

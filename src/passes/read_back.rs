@@ -8,8 +8,10 @@ use crate::graph::{BufferHandle, Graph, ImageHandle, Lifetime, Work};
 /// Bytes of a texel of the formats that are read back.
 fn texel_bytes(format: ash::vk::Format) -> u64 {
     match format {
-        ash::vk::Format::R32G32B32A32_SFLOAT => 16,
-        _ => 4,
+        ash::vk::Format::D32_SFLOAT | ash::vk::Format::R32_SFLOAT | ash::vk::Format::R8G8B8A8_UNORM => 4,
+        ash::vk::Format::R16G16B16A16_SFLOAT => 8,
+        // The largest that there is: a buffer is never too small.
+        _ => 16,
     }
 }
 

@@ -3,7 +3,9 @@
 use ash::vk;
 
 use crate::graph::access::FragmentSampled;
-use crate::graph::{Binding, BufferHandle, Draw, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState};
+use crate::graph::{
+    Binding, BufferHandle, Draw, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState, Stream,
+};
 use crate::plan::Plan;
 use crate::plan::geometry::PlannedDraw;
 use crate::plan::materials::{Map, Variant, level_count};
@@ -129,7 +131,8 @@ pub fn variants(plan: &Plan, simplify: impl Fn(Variant) -> Variant) -> (Vec<Vari
 /// A planned draw as a command.
 pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
     let place = &plan.geometry.places[planned.place];
-    let mesh = MeshRange { streams: place.streams, index_offset: place.index_offset, index_count: place.index_count };
+    let streams = place.streams.map(|(offset, stride)| Stream { offset, stride });
+    let mesh = MeshRange { streams, index_offset: place.index_offset, index_count: place.index_count };
     Draw {
         pipeline,
         material: Some(planned.material),

@@ -9,20 +9,22 @@ use super::materials::{Materials, Variant};
 use crate::error::{Error, Result};
 use crate::scene::view::View;
 use crate::scene::{Mesh, Scene};
-use crate::shared::InstanceData;
+use crate::shared::{InstanceData, MaterialData};
 
 /// Bytes of one element by attribute location: position, normal, tangent, uv0, uv1, colour.
 pub const ATTRIBUTE_BYTES: [u64; 6] = [12, 12, 16, 8, 8, 16];
 /// Bytes in front of the first mesh: one element of zeros, one of ones, for attributes that a mesh lacks.
 pub const DEFAULT_ELEMENTS_BYTES: u64 = 32;
+/// Zeros for everything but colour, which is one.
+const DEFAULT_STREAMS: [(u64, u64); 6] = [(0, 0), (0, 0), (0, 0), (0, 0), (0, 0), (16, 0)];
 
 /// Where a mesh lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MeshPlace {
     /// Index into [`Scene::meshes`].
     pub mesh: usize,
-    /// Byte offset of each stream; `None` where the mesh lacks it.
-    pub streams: [Option<u64>; 6],
+    /// (first byte, bytes a vertex) of each stream; stride 0 where one default element stands for what the mesh lacks.
+    pub streams: [(u64, u64); 6],
     /// First index.
     pub index_offset: u32,
     /// Indices.
@@ -75,9 +77,9 @@ fn streams(mesh: &Mesh) -> [&[u8]; 6] {
 }
 
 /// Instance data in view space, made in f64 so that a camera far from the origin costs nothing.
-fn instance(object_to_view: DMat4, material: usize) -> InstanceData {
+fn instance(object_to_view: DMat4, mirrors: bool, material: usize) -> InstanceData {
     let linear = DMat3::from_mat4(object_to_view);
-    let sign = linear.determinant().signum();
+    let sign = if mirrors { -1.0 } else { 1.0 };
     // Cofactors: the inverse transpose times the determinant; scaled so that f32 holds any scale.
     let cofactors =
         [linear.y_axis.cross(linear.z_axis), linear.z_axis.cross(linear.x_axis), linear.x_axis.cross(linear.y_axis)];
@@ -129,7 +131,7 @@ impl Geometry {
             });
             for index in members {
                 let object_to_view = view.world_to_view * scene.instances[index].object_to_world;
-                geometry.instances.push(instance(object_to_view, material));
+                geometry.instances.push(instance(object_to_view, mirrored != view.lens.mirrors(), material));
             }
         }
         geometry.check(scene, limits)?;
@@ -137,16 +139,16 @@ impl Geometry {
     }
 
     fn place(&mut self, index: usize, mesh: &Mesh) -> usize {
-        let mut offsets = [None; 6];
-        for (offset, stream) in offsets.iter_mut().zip(streams(mesh)) {
+        let mut offsets = DEFAULT_STREAMS;
+        for ((place, stream), stride) in offsets.iter_mut().zip(streams(mesh)).zip(ATTRIBUTE_BYTES) {
             if !stream.is_empty() {
-                *offset = Some(self.vertex_bytes);
+                *place = (self.vertex_bytes, stride);
                 self.vertex_bytes += stream.len() as u64;
             }
         }
         let (index_offset, index_count) = (self.index_count as u32, mesh.indices.len() as u32);
         self.places.push(MeshPlace { mesh: index, streams: offsets, index_offset, index_count });
-        self.index_count += u64::from(index_count);
+        self.index_count += mesh.indices.len() as u64;
         self.places.len() - 1
     }
 
@@ -156,7 +158,16 @@ impl Geometry {
             ("vertices", self.vertex_bytes, limits.max_buffer_bytes),
             ("indices", self.index_count * 4, limits.max_buffer_bytes.min(u64::from(u32::MAX) * 4)),
             ("instances", instance_bytes, limits.max_storage_bytes),
+            ("materials", (scene.materials.len() * size_of::<MaterialData>()) as u64, limits.max_storage_bytes),
         ];
+        let vertices = self.places.iter().map(|p| scene.meshes[p.mesh].positions.len()).max().unwrap_or(0);
+        if vertices as u64 > u64::from(limits.max_index) + 1 {
+            let most = limits.max_index;
+            return Err(Error::new(format!(
+                "{}: a mesh has {vertices} vertices, this device draws indices to {most}",
+                scene.name
+            )));
+        }
         match buffers.iter().find(|b| b.1 > b.2) {
             Some((what, bytes, most)) => {
                 Err(Error::new(format!("{}: {what} need {bytes} bytes, this device takes at most {most}", scene.name)))

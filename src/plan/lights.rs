@@ -144,8 +144,11 @@ impl LightTable {
         let texels_each = if spots { shared::LIGHT_TEXELS_SPOT } else { shared::LIGHT_TEXELS_POINT };
         let count = u32::try_from(lighting.lights.len()).unwrap_or(u32::MAX);
         let texel_count = u64::from(count) * u64::from(texels_each);
+        let seek = lighting.lights.iter().any(|l| l.range.is_finite());
+        check_loops(count, seek, limits)?;
         let (fetch, fetch_why) = choose(choice, count, texel_count, limits)?;
-        let positions = lighting.lights.iter().map(|l| view.world_to_view.transform_point3(l.position));
+        let placed = lighting.lights.iter().filter(|l| l.kind != LightKind::Directional);
+        let positions = placed.map(|l| view.world_to_view.transform_point3(l.position));
         let step = remainder_step(positions);
         let mut texels = Vec::with_capacity(texel_count as usize);
         // Directional lights first: deferred techniques add them with the ambient term, before any light of finite range.
@@ -154,7 +157,6 @@ impl LightTable {
         for light in first.into_iter().chain(then) {
             push(&mut texels, light, view, texels_each, step);
         }
-        let seek = lighting.lights.iter().any(|l| l.range.is_finite());
         Ok(Self {
             texels,
             count,
@@ -187,6 +189,20 @@ fn check_intensities(lighting: &Lighting) -> Result<()> {
     }
 }
 
+/// Refuses what the driver would cut short: a seeking loop tests every light once, shades at most every light once, and begins a
+/// group of 32 lights as often.
+fn check_loops(count: u32, seek: bool, limits: &Limits) -> Result<()> {
+    let lights = u64::from(count);
+    let iterations = if seek { 2 * lights + lights.div_ceil(32) } else { lights };
+    if iterations > u64::from(limits.max_loop_iterations) {
+        let most = limits.max_loop_iterations;
+        return Err(Error::new(format!(
+            "forward loops over {count} lights in up to {iterations} iterations a fragment, this driver leaves its loops after {most}"
+        )));
+    }
+    Ok(())
+}
+
 fn choose(choice: FetchChoice, count: u32, texels: u64, limits: &Limits) -> Result<(Fetch, String)> {
     let bytes = texels * 16;
     let fits_storage = bytes <= limits.max_storage_bytes;
@@ -213,5 +229,21 @@ fn choose(choice: FetchChoice, count: u32, texels: u64, limits: &Limits) -> Resu
             let most = limits.max_texel_elements;
             Ok((Fetch::Storage, format!("{texels} texels pass a texel buffer's {most}")))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loops_that_a_driver_would_cut_short_are_refused() {
+        let limits = Limits { max_loop_iterations: 65_535, ..Limits::MINIMUM };
+        assert!(check_loops(32_263, true, &limits).is_ok());
+        let refused = check_loops(32_264, true, &limits).expect_err("one too many").to_string();
+        assert!(refused.contains("32264 lights") && refused.contains("65535"), "{refused}");
+        assert!(check_loops(65_535, false, &limits).is_ok());
+        assert!(check_loops(65_536, false, &limits).is_err());
+        assert!(check_loops(1 << 20, true, &Limits::MINIMUM).is_ok());
     }
 }

@@ -15,6 +15,10 @@ pub struct Limits {
     pub max_uniform_bytes: u64,
     /// `maxTexelBufferElements`.
     pub max_texel_elements: u64,
+    /// `maxDrawIndexedIndexValue`.
+    pub max_index: u32,
+    /// Loop iterations of one shader invocation that the driver carries out; it leaves its loops past them without a word.
+    pub max_loop_iterations: u32,
     /// `maxColorAttachments`.
     pub max_color_attachments: u32,
     /// `maxPerStageDescriptorStorageBuffers`.
@@ -29,19 +33,23 @@ impl Limits {
         max_storage_bytes: 128 << 20,
         max_uniform_bytes: 16384,
         max_texel_elements: 65536,
+        max_index: (1 << 24) - 1,
+        max_loop_iterations: u32::MAX,
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
     };
 }
 
 impl Limits {
-    /// For the CPU reference, which no device limits.
+    /// For the CPU reference, which no device limits: a picture takes at most 4 GiB a layer.
     pub const UNLIMITED: Self = Self {
-        max_image_dimension: 65536,
-        max_buffer_bytes: 1 << 40,
+        max_image_dimension: 32768,
+        max_buffer_bytes: 4 << 30,
         max_storage_bytes: 1 << 40,
         max_uniform_bytes: 0,
         max_texel_elements: 0,
+        max_index: u32::MAX,
+        max_loop_iterations: u32::MAX,
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
     };

@@ -159,11 +159,6 @@ impl Materials {
         let constants = (self.data.len() * size_of::<MaterialData>()) as u64;
         constants + self.textures.iter().map(texels).sum::<u64>() * 4
     }
-
-    /// True where any material has the map.
-    pub fn any(&self, bit: u32) -> bool {
-        self.variants.iter().any(|v| v.textures & bit != 0)
-    }
 }
 
 /// Bit of the normal map.

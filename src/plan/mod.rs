@@ -68,7 +68,7 @@ impl Plan {
         let lighting = Lighting::new(scene, &request.rules)?;
         note_lighting(&lighting, &mut notes);
         let (technique, technique_why) = request.technique_or_default();
-        let lights = LightTable::new(&lighting, &view, request.fetch, limits)?;
+        let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let materials = materials::Materials::new(scene, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, limits)?;
         let prepass = technique == Technique::Forward && request.prepass && !geometry.draws.is_empty();
@@ -117,7 +117,7 @@ fn check_size(request: &Request, limits: &Limits) -> Result<()> {
     if w > most || h > most {
         return Err(Error::new(format!("--size {w}x{h} passes this device's largest image, {most}x{most}")));
     }
-    // Four RGBA32F targets and their read-back are the most that a debug view asks for.
+    // Each layer is read back through a buffer of its own.
     let bytes = u64::from(w) * u64::from(h) * RADIANCE_BYTES;
     if bytes > limits.max_buffer_bytes {
         return Err(Error::new(format!(

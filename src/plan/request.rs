@@ -143,6 +143,11 @@ impl Request {
         }
     }
 
+    /// The fetch that matters: none does for the reference.
+    pub fn fetch_or_default(&self) -> FetchChoice {
+        if self.technique == Technique::Reference { FetchChoice::Storage } else { self.fetch }
+    }
+
     /// The technique that `auto` stands for, and why.
     pub fn technique_or_default(&self) -> (Technique, String) {
         match self.technique {

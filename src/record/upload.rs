@@ -13,6 +13,9 @@ use crate::submit::Queue;
 /// Bytes staged at a time: large enough to hide a submission, small enough not to be seen in the peak.
 const STAGING_BYTES: u64 = 8 << 20;
 
+/// Small uploads share one buffer.
+const SMALLEST_STAGING_BYTES: u64 = 64 << 10;
+
 /// Copies host bytes to device resources; every call ends with the data in place.
 pub struct Uploader {
     device: Arc<Device>,
@@ -29,8 +32,8 @@ impl Uploader {
         if self.staging.as_ref().is_none_or(|s| s.bytes < bytes) {
             self.staging = None;
             let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-            let size = bytes.min(STAGING_BYTES).max(bytes.min(1 << 16));
-            let buffer = Buffer::create(&self.device, "staging", size.max(bytes), usage, MemoryLocation::CpuToGpu)?;
+            let size = bytes.max(SMALLEST_STAGING_BYTES);
+            let buffer = Buffer::create(&self.device, "staging", size, usage, MemoryLocation::CpuToGpu)?;
             self.staging = Some(buffer);
         }
         self.staging.as_mut().ok_or_else(|| Error::new("no staging buffer"))
@@ -118,6 +121,13 @@ fn make_visible(device: &Device, commands: vk::CommandBuffer, buffer: &Buffer) {
     let info = vk::DependencyInfo::default().buffer_memory_barriers(&barrier);
     // SAFETY: the command buffer is recording, the buffer is alive.
     unsafe { device.raw.cmd_pipeline_barrier2(commands, &info) };
+}
+
+impl Drop for Uploader {
+    fn drop(&mut self) {
+        // SAFETY: the device is alive. A wait that ran out of time leaves a copy that still reads the staging buffer.
+        let _ = unsafe { self.device.raw.device_wait_idle() };
+    }
 }
 
 enum Step {

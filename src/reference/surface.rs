@@ -6,8 +6,8 @@
 //! - The tangent is made orthogonal to that normal; where nothing remains (1e-12 of its squared length), or the mesh
 //!   has no tangents, the normal map is ignored. The bitangent is `w * cross(n, t)`, times -1 in a mirrored instance,
 //!   because a mirror turns a cross product round.
-//! - On a back face the normal is turned to the viewer before the normal map is applied; tangent and bitangent stay
-//!   those of the front face, so that the map's x and y keep their places on the surface.
+//! - On a back face the mapped normal is reversed whole (glTF 2.0, section 3.9.6): tangent, bitangent and map are those of
+//!   the front face.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 

@@ -138,7 +138,7 @@ impl Lighting {
     /// Applies `rules` to the scene's lights.
     ///
     /// # Errors
-    /// A rule that is negative or not a number; a light whose intensity is.
+    /// A rule that is negative or not a number; [`Scene::validate`] has seen to the lights themselves.
     pub fn new(scene: &Scene, rules: &LightRules) -> Result<Self> {
         check_rules(rules)?;
         // Emission lights nothing but itself while no bounced light is drawn.

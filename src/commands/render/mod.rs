@@ -10,7 +10,7 @@ use std::time::Instant;
 use clap::Parser;
 
 use super::{report, setup};
-use crate::cli::{Cli, Command, Render, TonemapArg};
+use crate::cli::{Cli, Command, Render, TechniqueChoice, TonemapArg};
 use crate::error::{Error, Result};
 use crate::gpu::Options;
 use crate::measure::exposure::{self, Tonemap};
@@ -42,6 +42,15 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
     let kind = output_kind(&args.output)?;
     if let Some(path) = args.json.as_deref().filter(|p| *p != Path::new("-")) {
         file::check_place(path)?;
+        if path == args.output {
+            return Err(Error::usage(format!("{}: picture and report cannot be one file", path.display())));
+        }
+    }
+    if args.shared.technique == TechniqueChoice::Reference && args.shared.debug_view.is_some() {
+        return Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views"));
+    }
+    if args.layers && kind == OutputKind::Png {
+        return Err(Error::usage("--layers adds layers to an EXR; a PNG has none"));
     }
     let ev = exposure_of(&args.exposure)?;
     let request = setup::request(&args.shared)?;
@@ -76,7 +85,10 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
         report::print(&said)?;
     }
     if let Some(path) = &args.json {
-        report::write_json(path, &said::machine_form(&args, &scene, &planned, &outcome, (ev_used, &fingerprint)))?;
+        report::write_json(
+            path,
+            &said::machine_form((&args, &typed), &scene, &planned, &outcome, (ev_used, &fingerprint)),
+        )?;
     }
     if failed {
         let count = outcome.validation.as_ref().map_or(0, Vec::len);
@@ -153,8 +165,7 @@ fn tonemap(arg: TonemapArg) -> Tonemap {
 
 fn main_layer<'a>(picture: &'a Picture, plan: &Plan) -> Result<views::Shown<'a>> {
     match plan.debug_view {
-        Some(view) if plan.technique != Technique::Reference => views::draw(picture, shown(view)),
-        Some(_) => Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views")),
+        Some(view) => views::draw(picture, shown(view)),
         None => {
             let pixels = picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance to show"))?;
             Ok(views::Shown { pixels: pixels.into(), range: None })

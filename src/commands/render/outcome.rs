@@ -53,8 +53,7 @@ pub(super) fn draw(
     (started, mut process): Watch,
 ) -> Result<Outcome> {
     let facts = &renderer.device().facts;
-    let mut outcome =
-        Outcome { device: report::device_json(facts), driver_line: report::device_line(facts), ..Outcome::default() };
+    let mut outcome = Outcome { device: report::device_json(facts), driver_line: facts.line(), ..Outcome::default() };
     let mut prepared = renderer.prepare(scene, plan)?;
     process.stage("pipelines and uploads");
     prepared.draw(1)?;
@@ -65,10 +64,11 @@ pub(super) fn draw(
     process.stage("frames");
     let accounts = renderer.device().accounts.lock().map(|a| a.clone()).unwrap_or_default();
     outcome.memory_bytes = accounts.peak;
-    outcome.memory = accounts.live.into_iter().collect();
+    outcome.memory = accounts.at_peak.into_iter().collect();
     let (picture, found) = prepared.finish()?;
     outcome.picture = picture;
     process.stage("read-back");
+    drop(prepared);
     let mut violations: Vec<String> = Vec::new();
     if args.validate {
         violations.extend(found.iter().map(|v| format!("checker: {v}")));
@@ -76,7 +76,11 @@ pub(super) fn draw(
     if args.layers && plan.debug_view.is_none() {
         let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
         probe.draw(1)?;
-        for (name, values) in probe.read_back()?.layers {
+        let (layers, found) = probe.finish()?;
+        if args.validate {
+            violations.extend(found.iter().map(|v| format!("checker: {v}")));
+        }
+        for (name, values) in layers.layers {
             outcome.picture.add_layer(&name, values);
         }
     }

@@ -85,7 +85,7 @@ fn clamped_note(outcome: &Outcome) -> Option<String> {
 
 /// What `--json` writes.
 pub(super) fn machine_form(
-    args: &Render,
+    (args, typed): (&Render, &[String]),
     scene: &Scene,
     plan: &Plan,
     outcome: &Outcome,
@@ -100,6 +100,8 @@ pub(super) fn machine_form(
     json!({
         "schema": report::SCHEMA,
         "version": env!("CARGO_PKG_VERSION"),
+        "arguments": typed,
+        "light_seed": args.shared.light_seed,
         "device": outcome.device,
         "scene": plan::scene_json(&args.scene, scene, fingerprint),
         "plan": plan::plan_json(plan),
