@@ -30,6 +30,11 @@ fn l2_light_on_the_surface_is_finite() {
 }
 
 #[test]
+fn l3_loops_as_long_as_the_plan_allows() {
+    run("long_loops");
+}
+
+#[test]
 fn l3_many_lights_and_weak_beside_strong() {
     run("many_lights");
 }

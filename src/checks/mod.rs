@@ -56,6 +56,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("light_on_surface", hard::ranges::light_on_surface),
     ("attenuations", hard::ranges::attenuations),
     ("many_lights", hard::sums::many_lights),
+    ("long_loops", hard::sums::long_loops),
     ("radiance_range", hard::sums::radiance_range),
     ("surface_fallbacks", hard::surfaces::surface_fallbacks),
     ("far_camera", hard::views::far_camera),

@@ -8,8 +8,9 @@ use crate::checks::oracle::{self, SHADING_BOUND, Shaded, larger, shading_error};
 use crate::error::Result;
 use crate::plan::Request;
 use crate::renderer::Renderer;
+use crate::scene::lighting::{LightRules, RangeRule};
 use crate::scene::shading::Shading;
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Scene, builtin, scatter};
 
 fn lamp(intensity: f32) -> Light {
     point(DVec3::new(0.5, 0.25, 2.0), intensity)
@@ -68,5 +69,22 @@ pub fn radiance_range(renderer: &Renderer) -> Result<Vec<Row>> {
     let (error, not_finite) = overflowing(renderer)?;
     rows.push(Row::at_most("L9 radiance past f32 is clamped once", error, SHADING_BOUND + 8.0 * UNIT));
     rows.push(Row::none("L9 radiance past f32 is finite", not_finite, "pixels that are not"));
+    Ok(rows)
+}
+
+/// Lights of the longest loops that any known driver carries out (src/plan/lights.rs), of finite range and without.
+const LONG_LOOPS: [(u32, RangeRule); 2] = [(31_298, RangeRule::Fixed(100.0)), (65_535, RangeRule::Infinite)];
+
+/// Loops as long as the plan allows: the last light counts as much as the first.
+pub fn long_loops(renderer: &Renderer) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (count, range) in LONG_LOOPS {
+        let mut scene = builtin::load("cornell")?;
+        scene.lights = scatter::point_lights(&scene.bounds(), count as usize, 1);
+        let rules = LightRules { range, ..LightRules::default() };
+        let request = Request { width: 16, height: 9, rules, shading: Shading::Lambert, ..Request::default() };
+        let error = shading_error(renderer, &scene, &request)?;
+        rows.push(Row::at_most(format!("loop over {count} lights"), error, SHADING_BOUND + f64::from(count) * UNIT));
+    }
     Ok(rows)
 }
