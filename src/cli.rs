@@ -83,9 +83,9 @@ pub struct Shared {
     /// Point in the middle of the picture.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true, requires = "look_from")]
     pub look_at: Option<[f64; 3]>,
-    /// Vertical field of view in degrees, with --look-from.
-    #[arg(long, value_name = "DEG", default_value_t = 60.0)]
-    pub fov: f64,
+    /// Vertical field of view in degrees, with --look-from [default: 60].
+    #[arg(long, value_name = "DEG", requires = "look_from", value_parser = parse_angle)]
+    pub fov: Option<f64>,
     /// Draw an intermediate value instead of light.
     #[arg(long, value_enum)]
     pub debug_view: Option<DebugViewArg>,
@@ -100,7 +100,8 @@ pub struct Render {
     /// Where the picture goes: .png for display, .exr for scene-linear f32.
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]
     pub output: PathBuf,
-    /// Repeat the picture that FILE says it is (a PNG or EXR of this program).
+    /// Repeat the picture that FILE (a PNG or EXR of this program) says it is; of what else is typed only -o, --json, --validate and
+    /// --driver count.
     #[arg(long, value_name = "FILE")]
     pub from: Option<PathBuf>,
     /// Scene, light and camera.
@@ -323,6 +324,13 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     match (number(w)?, number(h)?) {
         (0, _) | (_, 0) => Err("a picture needs at least one pixel".into()),
         size => Ok(size),
+    }
+}
+
+fn parse_angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err(format!("{text:?} is not an angle between 0 and 180 degrees")),
     }
 }
 

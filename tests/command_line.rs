@@ -30,6 +30,9 @@ fn a_wrong_command_line_is_status_2() {
     refused(&["render", "-o", "a.png", "--json", "a.png"], 2, "one file");
     refused(&["render", "--layers", "-o", "a.png"], 2, "a PNG has none");
     refused(&["diff", "a.exr", "b.exr", "--max", "nan"], 2, "NaN");
+    refused(&["render", "--technique", "reference", "--validate"], 2, "uses none");
+    refused(&["render", "--fov", "0", "--look-from", "0,0,0", "--look-at", "0,0,1"], 2, "between 0 and 180");
+    refused(&["render", "--fov", "50"], 2, "--look-from");
     refused(&["diff", "a.exr", "b.exr", "-o", "heat.exr"], 2, ".png");
     refused(&["plan", "--limits", "minimum", "--light-range", "2", "--light-cutoff", "1"], 2, "give one");
     refused(&["plan", "--limits", "minimum", "--ambient=-1,0,0"], 2, "non-negative");

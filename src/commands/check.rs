@@ -41,6 +41,9 @@ pub fn run(args: &Check) -> Result<ExitCode> {
         rows.extend(found);
     }
     let failed = rows.iter().filter(|r| !r.passed).count();
+    if !quiet {
+        report::print(&format!("{} checks, {failed} failed\n", rows.len()))?;
+    }
     if let Some(path) = &args.json {
         let listed: Vec<_> =
             rows.iter().map(|r| json!({ "name": r.name, "passed": r.passed, "detail": r.detail })).collect();

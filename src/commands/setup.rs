@@ -15,6 +15,9 @@ use crate::scene::{Scene, builtin, gltf, scatter};
 /// Most lights that are scattered: more would not fit into the index type of light lists.
 const MOST_LIGHTS: u32 = 1 << 24;
 
+/// Degrees.
+const DEFAULT_FOV: f64 = 60.0;
+
 /// Loads a file or builds a scene, by its spelling.
 ///
 /// # Errors
@@ -85,9 +88,11 @@ fn rules(shared: &Shared) -> Result<LightRules> {
 pub fn request(shared: &Shared) -> Result<Request> {
     let camera = match (&shared.camera, shared.look_from, shared.look_at) {
         (Some(name), ..) => CameraChoice::Named(name.clone()),
-        (None, Some(from), Some(at)) => {
-            CameraChoice::LookAt(DVec3::from_array(from), DVec3::from_array(at), shared.fov.to_radians())
-        }
+        (None, Some(from), Some(at)) => CameraChoice::LookAt(
+            DVec3::from_array(from),
+            DVec3::from_array(at),
+            shared.fov.unwrap_or(DEFAULT_FOV).to_radians(),
+        ),
         _ => CameraChoice::Default,
     };
     Ok(Request {

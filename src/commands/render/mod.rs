@@ -49,6 +49,9 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
     if args.shared.technique == TechniqueChoice::Reference && args.shared.debug_view.is_some() {
         return Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views"));
     }
+    if args.shared.technique == TechniqueChoice::Reference && args.validate {
+        return Err(Error::usage("--validate watches a device; --technique reference uses none"));
+    }
     if args.layers && kind == OutputKind::Png {
         return Err(Error::usage("--layers adds layers to an EXR; a PNG has none"));
     }

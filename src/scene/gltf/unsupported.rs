@@ -50,7 +50,11 @@ pub(super) fn check(document: &Document<'_>, notes: &mut Notes) -> Result<()> {
             if SUPPORTED.contains(&text) || COUNTED.contains(&text) {
                 continue;
             }
-            if text.starts_with("KHR_materials_") { looks.add(text) } else { names.add(text) }
+            if text.starts_with("KHR_materials_") {
+                looks.add(&format!("{} ({})", shorten(text), material_count(document, text)?));
+            } else {
+                names.add(text);
+            }
         }
     }
     if let Some(names) = names.sentence() {
@@ -63,6 +67,19 @@ pub(super) fn check(document: &Document<'_>, notes: &mut Notes) -> Result<()> {
         notes.add_many(Note::Animations, animations.elements()?.count() as u64);
     }
     Ok(())
+}
+
+/// Materials that carry an extension.
+fn material_count(document: &Document<'_>, extension: &str) -> Result<usize> {
+    let mut count = 0;
+    if let Some(materials) = document.root.get("materials")? {
+        for material in materials.elements()? {
+            if let Some(extensions) = material.get("extensions")? {
+                count += usize::from(extensions.get(extension)?.is_some());
+            }
+        }
+    }
+    Ok(count)
 }
 
 /// Names in alphabetical order, each once, at most [`MAX_NAMES`].
@@ -111,14 +128,15 @@ mod tests {
     fn used_extensions_are_named_once() {
         let said = warnings(
             r#"{"asset":{"version":"2.0"},"animations":[{},{}],"extensionsUsed":["KHR_xmp","KHR_materials_sheen",
-            "KHR_xmp","KHR_materials_ior","KHR_texture_transform","EXT_texture_webp"]}"#,
+            "KHR_xmp","KHR_materials_ior","KHR_texture_transform","EXT_texture_webp"],"materials":[{},
+            {"extensions":{"KHR_materials_ior":{}}},{"extensions":{"KHR_materials_ior":{}}}]}"#,
         )
         .unwrap();
         assert_eq!(
             said,
             [
                 "extensions that are not supported and ignored: KHR_xmp",
-                "materials are drawn without the extensions KHR_materials_ior, KHR_materials_sheen",
+                "materials are drawn without the extensions KHR_materials_ior (2), KHR_materials_sheen (0)",
                 "2 animations: not played, the scene is drawn at rest",
             ]
         );
