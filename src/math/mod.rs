@@ -1,2 +1,3 @@
 //! Small mathematics that no crate has.
 pub mod random;
+pub mod srgb;

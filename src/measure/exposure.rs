@@ -1,5 +1,7 @@
 //! From scene-linear radiance to display bytes: exposure, tone curve, sRGB. Only pictures for people pass through here.
 
+use crate::math::srgb;
+
 /// Tone curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tonemap {
@@ -58,11 +60,6 @@ fn neutral(mut c: [f64; 3]) -> [f64; 3] {
     c.map(|x| x * new_peak / peak * (1.0 - mix) + new_peak * mix)
 }
 
-/// sRGB's transfer curve (IEC 61966-2-1).
-pub fn srgb_encode(x: f64) -> f64 {
-    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
-}
-
 /// Display bytes, RGBA8. A pixel that is not finite is magenta, so that it is seen.
 pub fn display(pixels: &[[f32; 4]], ev: f64, tonemap: Tonemap) -> Vec<u8> {
     let scale = ev.exp2();
@@ -78,7 +75,7 @@ pub fn display(pixels: &[[f32; 4]], ev: f64, tonemap: Tonemap) -> Vec<u8> {
             Tonemap::Aces => c.map(aces),
             Tonemap::Neutral => neutral(c),
         };
-        bytes.extend(mapped.map(|x| (srgb_encode(x.clamp(0.0, 1.0)) * 255.0).round() as u8));
+        bytes.extend(mapped.map(|x| (srgb::encode(x.clamp(0.0, 1.0)) * 255.0).round() as u8));
         bytes.push(255);
     }
     bytes

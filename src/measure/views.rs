@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::exposure::false_color;
 use super::picture::Picture;
 use crate::error::{Error, Result};
+use crate::math::srgb;
 
 /// How a layer is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +74,6 @@ pub fn draw(picture: &Picture, view: View) -> Result<Shown<'_>> {
 
 /// A display value as the linear value that the encoder turns back into it.
 fn linear(display: [f64; 3]) -> [f32; 4] {
-    let decode = |x: f64| if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
-    let [r, g, b] = display.map(|x| decode(x.clamp(0.0, 1.0)) as f32);
+    let [r, g, b] = display.map(|x| srgb::decode(x.clamp(0.0, 1.0)) as f32);
     [r, g, b, 1.0]
 }

@@ -136,7 +136,7 @@ impl Request {
             }
             CameraChoice::Default => Ok(scene.cameras.first().cloned().unwrap_or_else(|| {
                 notes.push("the scene has no camera: one that frames it is used".into());
-                let camera = Camera::framing(&scene.bounds(), aspect);
+                let camera = Camera::framing(scene, aspect);
                 debug_assert!(matches!(camera.projection, Projection::Perspective { .. }));
                 camera
             })),

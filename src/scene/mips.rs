@@ -7,6 +7,7 @@
 use std::sync::LazyLock;
 
 use super::Image;
+use crate::math::srgb;
 
 /// All levels of a picture, the largest first, down to one texel.
 #[derive(Debug, Clone, Default)]
@@ -112,14 +113,10 @@ fn round(plane: &Plane, srgb: bool) -> Level {
     Level { width: plane.width as u32, height: plane.height as u32, rgba8 }
 }
 
-/// IEC 61966-2-1, section 5.2, of an encoded value from 0 to 1.
-fn decode(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
 /// Light, 0 to 1, of an sRGB code.
 pub fn srgb_to_linear(code: u8) -> f64 {
-    static TABLE: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|code| decode(code as f64 / 255.0)));
+    static TABLE: LazyLock<[f64; 256]> =
+        LazyLock::new(|| std::array::from_fn(|code| srgb::decode(code as f64 / 255.0)));
     TABLE[code as usize]
 }
 
@@ -127,7 +124,7 @@ pub fn srgb_to_linear(code: u8) -> f64 {
 pub fn linear_to_srgb(linear: f64) -> u8 {
     // Light at which the encoding passes from one code to the next.
     static STEPS: LazyLock<[f64; 255]> =
-        LazyLock::new(|| std::array::from_fn(|code| decode((code as f64 + 0.5) / 255.0)));
+        LazyLock::new(|| std::array::from_fn(|code| srgb::decode((code as f64 + 0.5) / 255.0)));
     STEPS.partition_point(|step| *step <= linear) as u8
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec2, DVec3};
 
-use super::{Bounds, Camera, Projection};
+use super::{Camera, Light, LightKind, Projection, Scene};
 use crate::error::{Error, Result};
 
 /// View space: right-handed, +X right, +Y up, the camera at the origin looking along -Z, metres.
@@ -222,8 +222,10 @@ impl Camera {
         }
     }
 
-    /// A camera from which the whole of `bounds` is seen: from the front, a little to the right and above.
-    pub fn framing(bounds: &Bounds, aspect: f64) -> Self {
+    /// A camera from which the whole of the scene is seen: a little from the right and above, from the front (+Z) or, where its lights
+    /// stand behind it, from the back.
+    pub fn framing(scene: &Scene, aspect: f64) -> Self {
+        let bounds = &scene.bounds();
         let yfov = 45f64.to_radians();
         let (center, radius) = if bounds.is_empty() {
             (DVec3::ZERO, 1.0)
@@ -232,7 +234,12 @@ impl Camera {
         };
         let half = (yfov * 0.5).tan() * aspect.min(1.0);
         let distance = radius / half.atan().sin();
-        let direction = DVec3::new(0.35, 0.3, 1.0).normalize();
+        let behind = |light: &Light| match light.kind {
+            LightKind::Directional => -light.direction.z,
+            _ => ((light.position - center).z / radius).clamp(-1.0, 1.0),
+        };
+        let side = if scene.lights.iter().map(behind).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+        let direction = DVec3::new(0.35 * side, 0.3, side).normalize();
         let mut camera = Self::looking(center + direction * distance, center, yfov);
         camera.name = "framing".into();
         let znear = ((distance - radius) * 0.1).max(radius * 1e-3);
