@@ -96,7 +96,7 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
     let shader = oracle::shader(&plan);
     let reference = Reference::new(scene, &plan.view)?;
     let traced = reference.render(&shader, &|_| {});
-    let uniform = metrics::continuous_mask(&traced.surface_id, &traced.depth, traced.width, traced.height);
+    let uniform = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
     let is_hit = |pixel: usize| traced.surface_id[pixel] != u32::MAX;
     let is_covered = |pixel: usize| drawn[pixel][3] > 0.5;
     let pixels: Vec<usize> = (0..drawn.len()).filter(|&p| uniform[p] && is_hit(p)).collect();

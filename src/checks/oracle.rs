@@ -124,11 +124,11 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// Mean relative error of a picture against rays through `scene` as `plan` sees it, over pixels whose 3x3 neighbourhood is one
-/// continuous surface; and the share of such pixels.
+/// surface; and the share of such pixels.
 pub(super) fn against_rays(radiance: &[[f32; 4]], scene: &Scene, plan: &Plan) -> Result<(f64, f64)> {
     let reference = Reference::new(scene, &plan.view)?;
     let traced = reference.render(&shader(plan), &|_| {});
-    let mut mask = metrics::continuous_mask(&traced.surface_id, &traced.depth, traced.width, traced.height);
+    let mut mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
     // The sky is no surface: tips thinner than a pixel stand before it in one picture and not in the other.
     mask.iter_mut().zip(&traced.surface_id).for_each(|(m, id)| *m &= *id != u32::MAX);
     let share = mask.iter().filter(|m| **m).count() as f64 / mask.len().max(1) as f64;

@@ -59,30 +59,6 @@ pub fn interior_mask(surface_id: &[u32], width: u32, height: u32) -> Vec<bool> {
     (0..surface_id.len()).map(|pixel| uniform(pixel % width, pixel / width)).collect()
 }
 
-/// Largest second difference of the inverse distance over its value that one continuous surface shows from pixel to pixel. The
-/// inverse distance is linear over a plane (perspective), so only creases and silhouettes have more.
-const CONTINUITY: f64 = 0.05;
-
-/// As [`interior_mask`], without pixels at which a surface hides part of itself: a hill before its own slope keeps one id, but its
-/// depth jumps. `depth` is the distance along the view axis, row by row.
-pub fn continuous_mask(surface_id: &[u32], depth: &[f64], width: u32, height: u32) -> Vec<bool> {
-    let mut mask = interior_mask(surface_id, width, height);
-    let (width, height) = (width as usize, height as usize);
-    if depth.len() != mask.len() {
-        return vec![false; mask.len()];
-    }
-    for (pixel, inside) in mask.iter_mut().enumerate() {
-        let (x, y) = (pixel % width, pixel / width);
-        let between = x > 0 && y > 0 && x + 1 < width && y + 1 < height;
-        if *inside && between && depth[pixel].is_finite() {
-            let here = 1.0 / depth[pixel];
-            let bend = |step: usize| (1.0 / depth[pixel - step] + 1.0 / depth[pixel + step] - 2.0 * here).abs();
-            *inside = [1, width, width + 1, width - 1].into_iter().all(|step| bend(step) <= CONTINUITY * here.abs());
-        }
-    }
-    mask
-}
-
 fn compare_where(reference: &[[f64; 4]], other: &[[f64; 4]], compared: impl Fn(usize) -> bool) -> Difference {
     let floor = RELATIVE_FLOOR * mean_magnitude(reference);
     let mut difference =
@@ -236,16 +212,5 @@ mod tests {
         assert_eq!(interior_mask(&[7], 1, 1), [true]);
         assert_eq!(interior_mask(&ids, 5, 3), [false; 20]);
         assert_eq!(interior_mask(&[], 0, 0), [false; 0]);
-    }
-
-    #[test]
-    fn a_surface_that_hides_itself_is_cut_where_its_depth_jumps() {
-        // A plane seen at a slant, whose inverse distance is linear, and a step in it.
-        let plane = |x: usize| 1.0 / (1.0 + 0.1 * x as f64);
-        let slope: Vec<f64> = (0..25).map(|p| plane(p % 5)).collect();
-        assert_eq!(continuous_mask(&[0; 25], &slope, 5, 5), [true; 25]);
-        let step: Vec<f64> = (0..25).map(|p| if p % 5 < 3 { 1.0 } else { 9.0 }).collect();
-        let mask = continuous_mask(&[0; 25], &step, 5, 5);
-        assert_eq!(mask[10..15], [true, true, false, false, true]);
     }
 }
