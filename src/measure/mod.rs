@@ -2,9 +2,11 @@
 
 pub mod exposure;
 pub mod file;
+pub mod html;
 pub mod memory;
 pub mod metrics;
 pub mod picture;
+pub mod plot;
 pub mod read;
 pub mod times;
 pub mod views;
