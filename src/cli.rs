@@ -53,6 +53,15 @@ pub struct Shared {
     /// How light data is read.
     #[arg(long, value_enum, default_value = "auto")]
     pub light_fetch: FetchArg,
+    /// Which lights a tile takes.
+    #[arg(long, value_enum, default_value = "frustum-aabb")]
+    pub cull: CullArg,
+    /// What culling knows of a tile's depths [default: 2.5d with a pre-pass, off without].
+    #[arg(long, value_enum)]
+    pub depth_bounds: Option<DepthBoundsArg>,
+    /// Pixels along each side of a tile.
+    #[arg(long, value_name = "8|16|32|64", default_value = "16", value_parser = parse_tile)]
+    pub tile: u32,
     /// Reflection model.
     #[arg(long, value_enum, default_value = "gltf")]
     pub shading: ShadingArg,
@@ -257,6 +266,8 @@ pub enum TechniqueChoice {
     Auto,
     /// Every fragment loops over all lights: the definition of the picture.
     Forward,
+    /// Every fragment loops over the lights of its screen tile.
+    TiledForward,
     /// Rays in f64 on the CPU: the judge.
     Reference,
 }
@@ -281,6 +292,31 @@ pub enum FetchArg {
     Uniform,
     /// Uniform texel buffer.
     Texel,
+}
+
+/// `--cull`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CullArg {
+    /// Lights whose screen rectangle, from tangents, touches the tile.
+    Bounds,
+    /// The same with rectangles from the textbook's divisions, which lose lights.
+    BoundsTextbook,
+    /// Lights that reach between the tile's planes.
+    Frustum,
+    /// Lights that reach between the tile's planes and touch its view-space box.
+    FrustumAabb,
+}
+
+/// `--depth-bounds`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DepthBoundsArg {
+    /// Nothing is known.
+    Off,
+    /// Nearest and farthest sample.
+    Minmax,
+    /// These, and which slots between them hold samples.
+    #[value(name = "2.5d")]
+    Mask,
 }
 
 /// `--shading`.
@@ -324,6 +360,13 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     match (number(w)?, number(h)?) {
         (0, _) | (_, 0) => Err("a picture needs at least one pixel".into()),
         size => Ok(size),
+    }
+}
+
+fn parse_tile(text: &str) -> Result<u32, String> {
+    match text {
+        "8" | "16" | "32" | "64" => text.parse().map_err(|_| "a tile is 8, 16, 32 or 64 pixels wide".into()),
+        _ => Err("a tile is 8, 16, 32 or 64 pixels wide".into()),
     }
 }
 

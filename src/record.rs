@@ -2,6 +2,7 @@
 //! also writes to a log, from the commands' own arguments and the shaders' reflection, which `graph/checker.rs` then judges.
 #![allow(unsafe_code)]
 
+mod render;
 pub mod upload;
 
 use ash::vk;
@@ -14,7 +15,7 @@ use crate::graph::access::{Access, pipeline_stages};
 use crate::graph::hazard::Barrier;
 use crate::graph::log::{Accessed, Event, MemoryBarrier};
 use crate::graph::program::Program;
-use crate::graph::{Binding, Graph, Render, Resource, Work};
+use crate::graph::{Binding, Graph, Resource, Work};
 
 /// Where commands of one submission go.
 pub struct Recorder<'a> {
@@ -91,7 +92,11 @@ impl Recorder<'_> {
         if logged.is_empty() {
             return;
         }
-        let info = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
+        let execution = execution_dependencies(&logged);
+        let info = vk::DependencyInfo::default()
+            .memory_barriers(&execution)
+            .buffer_memory_barriers(&buffers)
+            .image_memory_barriers(&images);
         // SAFETY: outside a rendering scope; handles are alive.
         unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
         if let Some(log) = &mut self.log {
@@ -186,149 +191,18 @@ impl Recorder<'_> {
             Work::Host => PipelineStageFlags2::BOTTOM_OF_PIPE,
         }
     }
+}
 
-    fn render(&mut self, name: &str, render: &Render, objects: &NodeObjects, realized: &Realized) {
-        let colors: Vec<_> = render
-            .colors
-            .iter()
-            .map(|c| {
-                let value = vk::ClearValue { color: vk::ClearColorValue { float32: c.clear } };
-                vk::RenderingAttachmentInfo::default()
-                    .image_view(realized.image(c.image).view)
-                    .image_layout(ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
-                    .load_op(vk::AttachmentLoadOp::CLEAR)
-                    .store_op(vk::AttachmentStoreOp::STORE)
-                    .clear_value(value)
-            })
-            .collect();
-        let depth_info = render.depth.as_ref().map(|d| {
-            let base = vk::RenderingAttachmentInfo::default().image_view(realized.image(d.image).view);
-            match d.clear {
-                Some(depth) => base
-                    .image_layout(ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
-                    .load_op(vk::AttachmentLoadOp::CLEAR)
-                    .store_op(vk::AttachmentStoreOp::STORE)
-                    .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } }),
-                None => base
-                    .image_layout(ImageLayout::DEPTH_READ_ONLY_OPTIMAL)
-                    .load_op(vk::AttachmentLoadOp::LOAD)
-                    .store_op(vk::AttachmentStoreOp::NONE),
-            }
-        });
-        let [width, height] = render.extent;
-        let area = vk::Rect2D::default().extent(vk::Extent2D { width, height });
-        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
-        if let Some(depth) = &depth_info {
-            info = info.depth_attachment(depth);
-        }
-        let device = &self.device.raw;
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        // SAFETY: attachments are alive and in the layouts named; the scope is closed below.
-        unsafe {
-            device.cmd_begin_rendering(self.commands, &info);
-            device.cmd_set_viewport(self.commands, 0, &[viewport]);
-            device.cmd_set_scissor(self.commands, 0, &[area]);
-        }
-        self.draws(render, objects, realized);
-        // SAFETY: closes the scope opened above.
-        unsafe { device.cmd_end_rendering(self.commands) };
-        self.log_render(name, render);
-    }
-
-    fn draws(&self, render: &Render, objects: &NodeObjects, realized: &Realized) {
-        let device = &self.device.raw;
-        let point = vk::PipelineBindPoint::GRAPHICS;
-        if let Some(indices) = render.indices {
-            // SAFETY: the buffer has index usage and holds u32.
-            unsafe {
-                device.cmd_bind_index_buffer(self.commands, realized.buffer(indices).raw, 0, vk::IndexType::UINT32);
-            }
-        }
-        let (mut bound_pipeline, mut bound_material) = (None, None);
-        for draw in &render.draws {
-            let made = &realized.pipelines[objects.pipelines[draw.pipeline]];
-            let sets = &objects.sets[draw.pipeline];
-            let cull = if draw.double_sided || draw.mesh.is_none() {
-                vk::CullModeFlags::NONE
-            } else {
-                vk::CullModeFlags::BACK
-            };
-            let front = if draw.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE };
-            // SAFETY: inside the rendering scope; every handle is alive, ranges lie within the shared buffers.
-            unsafe {
-                if bound_pipeline != Some(draw.pipeline) {
-                    device.cmd_bind_pipeline(self.commands, point, made.raw);
-                    if let Some(set) = sets.shared {
-                        device.cmd_bind_descriptor_sets(self.commands, point, made.layout, 0, &[set], &[]);
-                    }
-                    (bound_pipeline, bound_material) = (Some(draw.pipeline), None);
-                }
-                if let Some(material) = draw.material.filter(|m| bound_material != Some(*m))
-                    && let Some(&set) = sets.by_material.get(material)
-                {
-                    device.cmd_bind_descriptor_sets(self.commands, point, made.layout, 1, &[set], &[]);
-                    bound_material = Some(material);
-                }
-                device.cmd_set_cull_mode(self.commands, cull);
-                device.cmd_set_front_face(self.commands, front);
-                match (draw.mesh, render.vertices) {
-                    (Some(mesh), Some(vertices)) => {
-                        let raw = realized.buffer(vertices).raw;
-                        for &location in made.program.inputs {
-                            let stream = mesh.streams[location as usize];
-                            let (offset, stride) = ([stream.offset], stream.stride);
-                            device.cmd_bind_vertex_buffers2(
-                                self.commands,
-                                location,
-                                &[raw],
-                                &offset,
-                                None,
-                                Some(&[stride]),
-                            );
-                        }
-                        let (count, first) = (mesh.index_count, mesh.index_offset);
-                        device.cmd_draw_indexed(
-                            self.commands,
-                            count,
-                            draw.instance_count,
-                            first,
-                            0,
-                            draw.instance_offset,
-                        );
-                    }
-                    _ => device.cmd_draw(self.commands, 3, draw.instance_count, 0, draw.instance_offset),
-                }
-            }
-        }
-    }
-
-    /// Pipelines that drew, with what their programs can reach, then the attachments as they were given.
-    fn log_render(&mut self, name: &str, render: &Render) {
-        let mut used: Vec<(usize, Option<usize>)> = render.draws.iter().map(|d| (d.pipeline, d.material)).collect();
-        used.sort_unstable();
-        used.dedup();
-        for (pipeline, material) in used {
-            let program = render.pipelines[pipeline].program;
-            self.log_bindings(name, program, 0, &render.bindings);
-            if let Some(bindings) = material.and_then(|m| render.material_bindings.get(m)) {
-                self.log_bindings(name, program, 1, bindings);
-            }
-            if let Some(vertices) = render.vertices.filter(|_| !program.inputs.is_empty()) {
-                self.log_as(name, "vertices", Resource::Buffer(vertices), Access::VertexAttribute);
-            }
-        }
-        if let Some(indices) = render.indices.filter(|_| !render.draws.is_empty()) {
-            self.log_as(name, "indices", Resource::Buffer(indices), Access::Index);
-        }
-        for color in &render.colors {
-            self.log_as(name, "color", Resource::Image(color.image), Access::ColorAttachmentWrite);
-        }
-        if let Some(depth) = &render.depth {
-            let access = if depth.clear.is_some() { Access::DepthAttachmentWrite } else { Access::DepthAttachmentRead };
-            self.log_as(name, "depth", Resource::Image(depth.image), access);
-        }
-    }
+/// The stages of buffer barriers once more, without any access. They order nothing that those do not order already: a dependency
+/// between stages holds for all resources. Layers up to 2025 follow that only for global barriers, and would report writes after
+/// reads that are ordered by another buffer's barrier (Vulkan-ValidationLayers, pull request 10524).
+fn execution_dependencies(barriers: &[MemoryBarrier]) -> Vec<vk::MemoryBarrier2<'static>> {
+    let of_buffers = barriers.iter().filter(|b| matches!(b.resource, Resource::Buffer(_)));
+    let mut stages: Vec<_> = of_buffers.map(|b| (b.src_stages, b.dst_stages)).collect();
+    stages.sort_unstable_by_key(|s| (s.0.as_raw(), s.1.as_raw()));
+    stages.dedup();
+    let barrier = |(src, dst)| vk::MemoryBarrier2::default().src_stage_mask(src).dst_stage_mask(dst);
+    stages.into_iter().map(barrier).collect()
 }
 
 fn buffer_barrier(b: &Barrier, buffer: &Buffer) -> vk::BufferMemoryBarrier2<'static> {

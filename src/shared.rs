@@ -153,3 +153,127 @@ pub struct MaterialData {
     /// Second row.
     pub uv_emissive_v: Vec3,
 }
+
+/// Value of CULL: integer rectangles of tiles, made beforehand.
+pub const CULL_RECTANGLE: u32 = 0;
+/// Four planes of the tile through the eye, and the depth range.
+pub const CULL_PLANES: u32 = 1;
+/// The planes, and the view-space box of what depth bounds and light leave of the tile.
+pub const CULL_PLANES_BOX: u32 = 2;
+
+/// Value of DEPTH_BOUNDS: the whole of the view.
+pub const BOUNDS_OFF: u32 = 0;
+/// Nearest and farthest sample of the tile.
+pub const BOUNDS_MIN_MAX: u32 = 1;
+/// The same, and a mask of the slots between them that hold samples (Harada, "A 2.5D culling for Forward+", SIGGRAPH Asia 2012).
+pub const BOUNDS_MASK: u32 = 2;
+
+/// Value of WORD_FETCH: lists are read from storage buffers.
+pub const WORDS_STORAGE: u32 = 0;
+/// Lists are read from uniform texel buffers.
+pub const WORDS_TEXEL: u32 = 1;
+
+/// Tiles along each side of a bin.
+pub const BIN_TILES: u32 = 8;
+/// Lights that one thread of `tile_bin_count` looks at.
+pub const LIGHT_CHUNK: u32 = 512;
+/// Entries of a bin's list that one thread of `tile_count` looks at.
+pub const LIST_CHUNK: u32 = 8192;
+/// RGBA32F texels a culled light: centre and squared radius; distance range and radius; tile rectangle (first and last column, first
+/// and last row; empty where first passes last).
+pub const CULL_TEXELS: u32 = 3;
+/// Farthest distance that bounds can say, metres: products with it stay finite.
+pub const FAR_LIMIT: f32 = 1e18;
+/// Relative widening of the distances between which a tile's samples lie: 2^-20.
+pub const DISTANCE_SLACK: f32 = 9.536743e-7;
+
+/// The grid of screen tiles and how stored depth becomes distance.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct TileGrid {
+    /// Pixels of the picture.
+    pub width: u32,
+    /// Pixels of the picture.
+    pub height: u32,
+    /// Tiles in a row.
+    pub columns: u32,
+    /// Tiles in a column.
+    pub rows: u32,
+    /// Bins in a row.
+    pub bin_columns: u32,
+    /// Bins in a column.
+    pub bin_rows: u32,
+    /// Lights ahead of the culled ones, which every sample adds: the directional ones.
+    pub first_light: u32,
+    /// Culled lights.
+    pub light_count: u32,
+    /// Runs of `LIGHT_CHUNK` lights.
+    pub light_chunks: u32,
+    /// Runs of `LIST_CHUNK` entries that the longest bin has; tile t's list starts at offset `t * list_chunks`.
+    pub list_chunks: u32,
+    /// 1: distance = depth_offset / (depth + depth_scale); 0: distance = depth_offset - depth * depth_scale.
+    pub perspective: u32,
+    /// See `perspective`.
+    pub depth_offset: f32,
+    /// See `perspective`.
+    pub depth_scale: f32,
+    /// What a stored depth may differ by from that of the position which is shaded.
+    pub depth_slack: f32,
+    /// Nearest distance of the view, metres.
+    pub near: f32,
+    /// Farthest distance of the view or `FAR_LIMIT`, metres.
+    pub far: f32,
+}
+
+/// Items that one thread of a scan walks through.
+pub const SCAN_RUN: u32 = 64;
+/// Keys that one thread of a radix sort walks through.
+pub const RADIX_BLOCK: u32 = 256;
+/// Bits of a digit.
+pub const RADIX_BITS: u32 = 4;
+/// Values of a digit.
+pub const RADIX_DIGITS: u32 = 16;
+
+/// Value of MOVED: keys and values side by side.
+pub const MOVED_PAIRS: u32 = 0;
+/// Keys alone.
+pub const MOVED_KEYS: u32 = 1;
+/// Values alone.
+pub const MOVED_VALUES: u32 = 2;
+
+/// Value of KIND: every key alike.
+pub const KEYS_EQUAL: u32 = 0;
+/// Keys that grow with their index.
+pub const KEYS_ASCENDING: u32 = 1;
+/// Keys that fall with their index.
+pub const KEYS_DESCENDING: u32 = 2;
+/// A hash of the index; all distinct.
+pub const KEYS_HASHED: u32 = 3;
+/// The largest key and 0 by turns.
+pub const KEYS_EXTREME: u32 = 4;
+/// Step from key to key where they grow or fall: a prime, so that all digits vary; 2^20 steps stay below 2^32.
+pub const KEYS_STEP: u32 = 4093;
+/// The key where every one is alike.
+pub const KEYS_ALIKE: u32 = 0xA5A5_A5A5;
+
+/// What the passes of a scan are told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ScanPush {
+    /// Items of the level.
+    pub item_count: u32,
+}
+
+/// What the passes of a radix sort are told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct RadixPush {
+    /// Keys that there is room for.
+    pub capacity: u32,
+    /// Blocks of `RADIX_BLOCK` keys in the capacity, at least one.
+    pub block_count: u32,
+    /// Lowest bit of the digit.
+    pub shift: u32,
+    /// Bits of the digit that matter.
+    pub mask: u32,
+}

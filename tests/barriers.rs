@@ -48,6 +48,11 @@ fn forward_without_prepass() {
 }
 
 #[test]
+fn tiled_forward() {
+    compare("tiled_forward", &Request { technique: Technique::TiledForward, ..Request::default() });
+}
+
+#[test]
 fn surface() {
     compare("surface", &Request { debug_view: Some(DebugView::Albedo), ..Request::default() });
 }

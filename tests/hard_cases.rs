@@ -15,6 +15,21 @@ use lampyris::scene::{
 use crate::support::run;
 
 #[test]
+fn c7_sort_is_stable_and_equals_the_cpus() {
+    run("sort");
+}
+
+#[test]
+fn scan_equals_its_twin() {
+    run("scan");
+}
+
+#[test]
+fn t3_each_way_of_culling_keeps_its_gain() {
+    run("tile_waste");
+}
+
+#[test]
 fn l1_spot_cones_of_every_angle() {
     run("spot_cones");
 }

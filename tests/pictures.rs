@@ -29,6 +29,16 @@ fn c11_first_frame_equals_tenth() {
 }
 
 #[test]
+fn tiled_forward_equals_forward() {
+    run("tiled");
+}
+
+#[test]
+fn light_lists_equal_their_twin_and_miss_nothing() {
+    run("tile_lists");
+}
+
+#[test]
 fn shading_against_f64() {
     run("shading");
 }

@@ -4,7 +4,9 @@ mod equalities;
 mod hard;
 mod judge;
 mod layout;
+mod lists;
 mod oracle;
+mod prims;
 mod textured;
 
 use crate::error::Result;
@@ -46,6 +48,11 @@ pub const ALL: &[(&str, Check)] = &[
     ("prepass", equalities::prepass),
     ("fetch", equalities::fetch),
     ("still", equalities::still),
+    ("sort", prims::sort),
+    ("scan", prims::scan),
+    ("tiled", lists::tiled),
+    ("tile_lists", lists::tile_lists),
+    ("tile_waste", lists::tile_waste),
     ("shading", oracle::shading),
     ("picture", oracle::picture),
     ("samplers", textured::samplers),

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use crate::cli::{DebugViewArg, FetchArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice};
+use crate::cli::{
+    CullArg, DebugViewArg, DepthBoundsArg, FetchArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
+};
 use crate::error::{Error, Result};
-use crate::plan::{CameraChoice, DebugView, FetchChoice, Limits, Request, Technique};
+use crate::plan::{CameraChoice, CullTest, DebugView, DepthBounds, FetchChoice, Limits, Request, Technique};
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
 use crate::scene::shading::Shading;
@@ -81,6 +83,21 @@ fn rules(shared: &Shared) -> Result<LightRules> {
     Ok(rules)
 }
 
+fn depth_bounds(shared: &Shared) -> Result<Option<DepthBounds>> {
+    let bounds = shared.depth_bounds.map(|bounds| match bounds {
+        DepthBoundsArg::Off => DepthBounds::Off,
+        DepthBoundsArg::Minmax => DepthBounds::MinMax,
+        DepthBoundsArg::Mask => DepthBounds::Mask,
+    });
+    match bounds {
+        Some(bounds) if bounds != DepthBounds::Off && shared.prepass == OnOff::Off => Err(Error::usage(format!(
+            "--depth-bounds {} needs the depths that --prepass off leaves out",
+            bounds.name()
+        ))),
+        bounds => Ok(bounds),
+    }
+}
+
 /// The request that the options make.
 ///
 /// # Errors
@@ -101,6 +118,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
         technique: match shared.technique {
             TechniqueChoice::Auto => Technique::Auto,
             TechniqueChoice::Forward => Technique::Forward,
+            TechniqueChoice::TiledForward => Technique::TiledForward,
             TechniqueChoice::Reference => Technique::Reference,
         },
         prepass: shared.prepass == OnOff::On,
@@ -112,6 +130,14 @@ pub fn request(shared: &Shared) -> Result<Request> {
             FetchArg::Uniform => FetchChoice::Uniform,
             FetchArg::Texel => FetchChoice::Texel,
         },
+        tile: shared.tile,
+        cull: match shared.cull {
+            CullArg::Bounds => CullTest::Bounds,
+            CullArg::BoundsTextbook => CullTest::BoundsTextbook,
+            CullArg::Frustum => CullTest::Frustum,
+            CullArg::FrustumAabb => CullTest::FrustumAabb,
+        },
+        depth_bounds: depth_bounds(shared)?,
         camera,
         debug_view: shared.debug_view.map(|view| match view {
             DebugViewArg::Albedo => DebugView::Albedo,

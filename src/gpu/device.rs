@@ -53,7 +53,9 @@ impl Device {
         if has(khr::portability_subset::NAME) {
             extensions.push(khr::portability_subset::NAME.as_ptr());
         }
-        let core = vk::PhysicalDeviceFeatures::default().full_draw_index_uint32(facts.full_draw_index);
+        let core = vk::PhysicalDeviceFeatures::default()
+            .full_draw_index_uint32(facts.full_draw_index)
+            .depth_clamp(facts.depth_clamp);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)

@@ -52,6 +52,10 @@ pub struct Facts {
     pub loop_iterations: Option<u32>,
     /// Indices pass 2^24 - 1; asked for where offered.
     pub full_draw_index: bool,
+    /// Depth is clamped instead of clipped where a pipeline asks for it; asked for where offered.
+    pub depth_clamp: bool,
+    /// RGBA32F colour attachments blend.
+    pub float_blend: bool,
 }
 
 impl Facts {
@@ -130,6 +134,8 @@ fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
         queue_family: None,
         max_buffer_bytes: 0,
         full_draw_index: false,
+        depth_clamp: false,
+        float_blend: false,
         loop_iterations: None,
     };
     // SAFETY: as above.
@@ -170,6 +176,7 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     unsafe { instance.raw.get_physical_device_features2(physical, &mut features) };
     let core = features.features;
     facts.full_draw_index = core.full_draw_index_uint32 != vk::FALSE;
+    facts.depth_clamp = core.depth_clamp != vk::FALSE;
     if !facts.full_draw_index {
         facts.limits.max_draw_indexed_index_value = (1 << 24) - 1;
     }
@@ -201,6 +208,7 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     if !d32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT) {
         facts.missing.push("32-bit float depth");
     }
+    facts.float_blend = rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND);
     if !rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT) {
         facts.missing.push("RGBA32F colour attachments");
     }

@@ -132,12 +132,9 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Adds a view of RGBA32F texels over the first `texels`.
-    pub fn add_texel_view(&mut self, texels: u64) -> Result<()> {
-        let info = vk::BufferViewCreateInfo::default()
-            .buffer(self.raw)
-            .format(vk::Format::R32G32B32A32_SFLOAT)
-            .range(texels * 16);
+    /// Adds a view of the first `range` bytes, a multiple of the texel size of `format`.
+    pub fn add_texel_view(&mut self, format: vk::Format, range: u64) -> Result<()> {
+        let info = vk::BufferViewCreateInfo::default().buffer(self.raw).format(format).range(range);
         // SAFETY: the buffer is alive and has uniform texel usage.
         let view =
             unsafe { self.device.raw.create_buffer_view(&info, None) }.map_err(failed("creating a buffer view"))?;

@@ -10,7 +10,7 @@ use super::specialize::specialize;
 use super::{Device, failed};
 use crate::error::{Error, Result};
 use crate::graph::program::Program;
-use crate::graph::{ComputePipeline, GraphicsPipeline};
+use crate::graph::{Blend, ComputePipeline, GraphicsPipeline};
 
 /// Attribute formats by location: position, normal, tangent, uv0, uv1, colour; each in a stream of its own.
 pub const ATTRIBUTE_FORMATS: [vk::Format; 6] = [
@@ -162,44 +162,32 @@ impl Pipeline {
     }
 
     /// Makes a graphics pipeline; viewport, scissor, culling, winding and strides are dynamic.
+    ///
+    /// # Errors
+    /// The device lacks what the description asks for, or the driver refuses it.
     pub fn graphics(device: &Arc<Device>, cache: &PipelineCache, desc: &GraphicsPipeline) -> Result<Self> {
+        check_features(device, desc)?;
         let mut pipeline = Self::with_layouts(device, desc.program)?;
         let modules = Modules::create(device, desc.program, &desc.constants)?;
         let constants = Constants::new(&desc.constants);
         let specialization = constants.info();
         let stages = modules.stages(&specialization);
-        let inputs = desc.program.inputs;
-        let buffers: Vec<_> = inputs
-            .iter()
-            .map(|&l| {
-                vk::VertexInputBindingDescription::default().binding(l).stride(ATTRIBUTE_BYTES[l as usize] as u32)
-            })
-            .collect();
-        let attributes: Vec<_> = inputs
-            .iter()
-            .map(|&l| {
-                let format = ATTRIBUTE_FORMATS[l as usize];
-                vk::VertexInputAttributeDescription::default().location(l).binding(l).format(format)
-            })
-            .collect();
+        let (buffers, attributes) = vertex_input(desc.program.inputs);
         let input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&buffers)
             .vertex_attribute_descriptions(&attributes);
         let assembly =
             vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+        let raster =
+            vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0).depth_clamp_enable(desc.depth_clamp);
         let samples =
             vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
         let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
         if let Some(state) = desc.depth {
             depth = depth.depth_test_enable(true).depth_write_enable(state.write).depth_compare_op(state.compare);
         }
-        let blend: Vec<_> = desc
-            .colors
-            .iter()
-            .map(|_| vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA))
-            .collect();
+        let blend = vec![blend_state(desc.blend); desc.colors.len()];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blend);
         let mut dynamic = vec![
             vk::DynamicState::VIEWPORT,
@@ -207,7 +195,7 @@ impl Pipeline {
             vk::DynamicState::CULL_MODE,
             vk::DynamicState::FRONT_FACE,
         ];
-        if !inputs.is_empty() {
+        if !buffers.is_empty() {
             dynamic.push(vk::DynamicState::VERTEX_INPUT_BINDING_STRIDE);
         }
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
@@ -231,6 +219,57 @@ impl Pipeline {
         pipeline.raw = raw.map_err(|(_, e)| failed(desc.program.name)(e))?[0];
         device.name(pipeline.raw, desc.program.name);
         Ok(pipeline)
+    }
+}
+
+/// What a description may ask for and a device need not have.
+fn check_features(device: &Device, desc: &GraphicsPipeline) -> Result<()> {
+    let (name, facts) = (desc.program.name, &device.facts);
+    let most = facts.limits.max_color_attachments as usize;
+    if desc.colors.len() > most {
+        let wanted = desc.colors.len();
+        return Err(Error::new(format!("{name} needs {wanted} colour attachments, this device grants {most}")));
+    }
+    if desc.depth_clamp && !facts.depth_clamp {
+        return Err(Error::new(format!("{name} needs depthClamp, which this device lacks")));
+    }
+    if desc.blend == Blend::Replace {
+        return Ok(());
+    }
+    for &format in &desc.colors {
+        let instance = &device.instance.raw;
+        // SAFETY: the physical device comes from this instance.
+        let properties = unsafe { instance.get_physical_device_format_properties(facts.physical, format) };
+        if !properties.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND) {
+            return Err(Error::new(format!("{name} blends into {format:?}, which this device cannot")));
+        }
+    }
+    Ok(())
+}
+
+/// Vertex buffers and attributes of a program's inputs: each attribute has a buffer binding of its own.
+fn vertex_input(inputs: &[u32]) -> (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>) {
+    let buffer =
+        |&l: &u32| vk::VertexInputBindingDescription::default().binding(l).stride(ATTRIBUTE_BYTES[l as usize] as u32);
+    let attribute = |&l: &u32| {
+        let format = ATTRIBUTE_FORMATS[l as usize];
+        vk::VertexInputAttributeDescription::default().location(l).binding(l).format(format)
+    };
+    (inputs.iter().map(buffer).collect(), inputs.iter().map(attribute).collect())
+}
+
+fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    let replace = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    match blend {
+        Blend::Replace => replace,
+        Blend::Add => replace
+            .blend_enable(true)
+            .src_color_blend_factor(vk::BlendFactor::ONE)
+            .dst_color_blend_factor(vk::BlendFactor::ONE)
+            .color_blend_op(vk::BlendOp::ADD)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+            .alpha_blend_op(vk::BlendOp::ADD),
     }
 }
 

@@ -83,6 +83,15 @@ fn accesses(graph: &Graph, resource: Resource) -> impl Iterator<Item = Access> +
     graph.nodes.iter().flat_map(|n| &n.accesses).filter(move |d| d.resource == resource).map(|d| d.access)
 }
 
+/// Bytes of a texel, for the formats that graphs declare; every driver has both as uniform texels.
+fn texel_bytes(format: vk::Format) -> Result<u64> {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => Ok(16),
+        vk::Format::R32_UINT => Ok(4),
+        other => Err(Error::new(format!("{other:?} is no format of a texel buffer here"))),
+    }
+}
+
 fn create_buffers(device: &Arc<Device>, graph: &Graph) -> Result<Vec<Buffer>> {
     let mut buffers = Vec::with_capacity(graph.buffers.len());
     for (index, info) in graph.buffers.iter().enumerate() {
@@ -93,10 +102,12 @@ fn create_buffers(device: &Arc<Device>, graph: &Graph) -> Result<Vec<Buffer>> {
         }
         let location =
             if info.lifetime == Lifetime::ReadBack { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
-        let mut buffer = Buffer::create(device, &info.name, info.bytes, usage, location)?;
-        if usage.contains(vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER) {
+        let texels = usage.contains(vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER);
+        let texel_bytes = if texels { texel_bytes(info.texel_format)? } else { 1 };
+        let mut buffer = Buffer::create(device, &info.name, info.bytes.max(texel_bytes), usage, location)?;
+        if texels {
             let most = u64::from(device.facts.limits.max_texel_buffer_elements);
-            buffer.add_texel_view((info.bytes / 16).clamp(1, most))?;
+            buffer.add_texel_view(info.texel_format, (buffer.bytes / texel_bytes).min(most) * texel_bytes)?;
         }
         buffers.push(buffer);
     }

@@ -28,11 +28,11 @@ pub(super) fn accesses_of(work: &Work) -> Vec<Declared> {
                 list.extend(buffer.map(|b| access(name, Resource::Buffer(b), kind, false)));
             }
             for color in &render.colors {
-                list.push(access("color", Resource::Image(color.image), Access::ColorAttachmentWrite, true));
+                let kind = render.color_access(color);
+                list.push(access("color", Resource::Image(color.image), kind, color.clear.is_some()));
             }
             if let Some(depth) = &render.depth {
-                let kind =
-                    if depth.clear.is_some() { Access::DepthAttachmentWrite } else { Access::DepthAttachmentRead };
+                let kind = render.depth_access(depth);
                 list.push(access("depth", Resource::Image(depth.image), kind, depth.clear.is_some()));
             }
             list

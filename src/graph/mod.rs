@@ -12,9 +12,15 @@ pub mod describe;
 pub mod hazard;
 pub mod log;
 pub mod program;
+mod prune;
+mod render;
 
 pub use access::Access;
 use program::Program;
+pub use render::{
+    Blend, ColorAttachment, Cull, DepthAttachment, DepthState, Draw, Geometry, GraphicsPipeline, MeshRange, Render,
+    Stream,
+};
 
 /// A buffer of one graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -51,6 +57,8 @@ pub struct BufferInfo {
     pub name: String,
     /// Size.
     pub bytes: u64,
+    /// Format of a texel where the buffer is bound as a texel buffer; what the shader's sampler type has to match.
+    pub texel_format: vk::Format,
     /// See [`Lifetime`].
     pub lifetime: Lifetime,
 }
@@ -139,30 +147,6 @@ pub struct Node {
     pub work: Work,
 }
 
-/// A graphics pipeline as plain data.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GraphicsPipeline {
-    /// Shader stages.
-    pub program: &'static Program,
-    /// Specialization constants, (id, bits).
-    pub constants: Vec<(u32, u32)>,
-    /// Formats of the colour attachments.
-    pub colors: Vec<vk::Format>,
-    /// Format and use of the depth attachment.
-    pub depth: Option<DepthState>,
-}
-
-/// Depth test of a pipeline; depth is reversed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DepthState {
-    /// Attachment format.
-    pub format: vk::Format,
-    /// `GREATER` or `EQUAL`.
-    pub compare: vk::CompareOp,
-    /// Depth is written.
-    pub write: bool,
-}
-
 /// A compute pipeline as plain data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComputePipeline {
@@ -219,86 +203,6 @@ pub enum Work {
     Host,
 }
 
-/// A rendering scope with its draws.
-#[derive(Debug)]
-pub struct Render {
-    /// Colour attachments.
-    pub colors: Vec<ColorAttachment>,
-    /// Depth attachment.
-    pub depth: Option<DepthAttachment>,
-    /// Pixels.
-    pub extent: [u32; 2],
-    /// Set 0, shared by all pipelines of the scope.
-    pub bindings: Vec<Binding>,
-    /// Set 1 by material; empty where no pipeline of the scope has a set 1.
-    pub material_bindings: Vec<Vec<Binding>>,
-    /// Pipelines that draws refer to.
-    pub pipelines: Vec<GraphicsPipeline>,
-    /// In order.
-    pub draws: Vec<Draw>,
-    /// One buffer holds every attribute of every mesh.
-    pub vertices: Option<BufferHandle>,
-    /// 32-bit indices of every mesh.
-    pub indices: Option<BufferHandle>,
-}
-
-/// A colour attachment, cleared at the start.
-#[derive(Debug, Clone, Copy)]
-pub struct ColorAttachment {
-    /// Target.
-    pub image: ImageHandle,
-    /// RGBA.
-    pub clear: [f32; 4],
-}
-
-/// The depth attachment.
-#[derive(Debug, Clone, Copy)]
-pub struct DepthAttachment {
-    /// Target.
-    pub image: ImageHandle,
-    /// Cleared to this at the start; `None`: loaded and only tested.
-    pub clear: Option<f32>,
-}
-
-/// One draw call.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Draw {
-    /// Index into [`Render::pipelines`].
-    pub pipeline: usize,
-    /// Index into [`Render::material_bindings`].
-    pub material: Option<usize>,
-    /// Mesh data, or `None` for a triangle that covers the image without any buffer.
-    pub mesh: Option<MeshRange>,
-    /// First instance.
-    pub instance_offset: u32,
-    /// Instances.
-    pub instance_count: u32,
-    /// Winding is turned round (mirrored instance).
-    pub mirrored: bool,
-    /// Back faces are drawn too.
-    pub double_sided: bool,
-}
-
-/// One attribute of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stream {
-    /// First byte in the vertex buffer.
-    pub offset: u64,
-    /// Bytes from vertex to vertex; 0 where one element stands for all.
-    pub stride: u64,
-}
-
-/// Where a mesh lies in the shared buffers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MeshRange {
-    /// Each attribute stream by location.
-    pub streams: [Stream; 6],
-    /// First index.
-    pub index_offset: u32,
-    /// Indices.
-    pub index_count: u32,
-}
-
 /// Resources and nodes of one frame.
 #[derive(Debug, Default)]
 pub struct Graph {
@@ -318,9 +222,24 @@ impl Graph {
         Self::default()
     }
 
-    /// Declares a buffer.
+    /// Declares a buffer; as a `samplerBuffer` its texels are four 32-bit floats.
     pub fn buffer(&mut self, name: &str, bytes: u64, lifetime: Lifetime) -> BufferHandle {
-        self.buffers.push(BufferInfo { name: name.into(), bytes, lifetime });
+        self.add_buffer(BufferInfo {
+            name: name.into(),
+            bytes,
+            texel_format: vk::Format::R32G32B32A32_SFLOAT,
+            lifetime,
+        })
+    }
+
+    /// Declares an array of u32; as a `usamplerBuffer` its texels are one word of 4 bytes each.
+    pub fn word_buffer(&mut self, name: &str, bytes: u64, lifetime: Lifetime) -> BufferHandle {
+        self.add_buffer(BufferInfo { name: name.into(), bytes, texel_format: vk::Format::R32_UINT, lifetime })
+    }
+
+    /// Declares a buffer of any kind.
+    pub fn add_buffer(&mut self, info: BufferInfo) -> BufferHandle {
+        self.buffers.push(info);
         BufferHandle(self.buffers.len() as u32 - 1)
     }
 

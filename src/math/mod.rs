@@ -1,3 +1,4 @@
 //! Small mathematics that no crate has.
+pub mod cull;
 pub mod random;
 pub mod srgb;

@@ -6,7 +6,7 @@
 use super::forward::light_constants;
 use super::{Frame, RADIANCE_FORMAT, SceneHandles, read_back};
 use crate::graph::access::{FragmentStorageRead, FragmentTexel, FragmentUniform};
-use crate::graph::{ColorAttachment, Draw, Graph, GraphicsPipeline, Lifetime, Render, Work};
+use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::shade::ceiling;
 
@@ -36,25 +36,18 @@ pub fn frame(plan: &Plan) -> Frame {
         program: &ceiling::PROGRAM,
         constants: spec.values(),
         colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
         depth: None,
-    };
-    let draw = Draw {
-        pipeline: 0,
-        material: None,
-        mesh: None,
-        instance_offset: 0,
-        instance_count: 1,
-        mirrored: false,
-        double_sided: true,
+        depth_clamp: false,
     };
     let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: [0.0; 4] }],
+        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
         depth: None,
         extent,
         bindings: set.list(),
         material_bindings: Vec::new(),
         pipelines: vec![pipeline],
-        draws: vec![draw],
+        draws: vec![Draw::full_screen(0)],
         vertices: None,
         indices: None,
     };

@@ -10,7 +10,7 @@ use ash::vk;
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, SceneHandles};
 use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
-use crate::graph::{DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{Blend, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::plan::materials::Variant;
 use crate::shaders::depth::{depth_prepass, depth_prepass_masked};
@@ -63,7 +63,7 @@ fn alpha_only(variant: Variant) -> Variant {
 
 fn pipeline(variant: Variant) -> GraphicsPipeline {
     let depth = Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true });
-    if variant.masked {
+    let (program, constants) = if variant.masked {
         let spec = depth_prepass_masked::Spec {
             TEXTURES: variant.textures,
             ALPHA_MASK: true,
@@ -73,9 +73,9 @@ fn pipeline(variant: Variant) -> GraphicsPipeline {
             UNLIT: true,
             MIRRORED_LENS: false,
         };
-        let constants = spec.values();
-        GraphicsPipeline { program: &depth_prepass_masked::PROGRAM, constants, colors: Vec::new(), depth }
+        (&depth_prepass_masked::PROGRAM, spec.values())
     } else {
-        GraphicsPipeline { program: &depth_prepass::PROGRAM, constants: Vec::new(), colors: Vec::new(), depth }
-    }
+        (&depth_prepass::PROGRAM, Vec::new())
+    };
+    GraphicsPipeline { program, constants, colors: Vec::new(), blend: Blend::Replace, depth, depth_clamp: false }
 }

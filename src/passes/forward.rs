@@ -12,7 +12,8 @@ use crate::graph::access::{
     FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
 };
 use crate::graph::{
-    Binding, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+    Binding, Blend, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime,
+    Render, Work,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Fetch, Plan};
@@ -37,7 +38,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option
     let (distinct, of_draw) = variants(plan, |v| v);
     let draws = plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect();
     let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: [0.0; 4] }],
+        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
         depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
         extent,
         bindings: bindings(scene),
@@ -134,6 +135,8 @@ fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipel
         program: &forward::PROGRAM,
         constants: spec.values(),
         colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
         depth: Some(depth_state(after_prepass)),
+        depth_clamp: false,
     }
 }

@@ -17,6 +17,15 @@ fn texel_bytes(format: ash::vk::Format) -> u64 {
 
 /// Adds a copy for each layer and the node that hands all of them over; the buffers by layer name.
 pub fn add(graph: &mut Graph, layers: &[(&'static str, ImageHandle)]) -> Vec<(&'static str, BufferHandle)> {
+    add_all(graph, layers, &[])
+}
+
+/// As [`add`], for buffers too: words come back as the bits of floats.
+pub fn add_all(
+    graph: &mut Graph,
+    layers: &[(&'static str, ImageHandle)],
+    buffers: &[(&'static str, BufferHandle)],
+) -> Vec<(&'static str, BufferHandle)> {
     let mut results = Vec::with_capacity(layers.len());
     for &(name, image) in layers {
         let info = graph.image_info(image);
@@ -24,6 +33,11 @@ pub fn add(graph: &mut Graph, layers: &[(&'static str, ImageHandle)]) -> Vec<(&'
         let buffer = graph.buffer(&format!("{name} (host)"), bytes, Lifetime::ReadBack);
         graph.add(&format!("read_{name}"), Work::CopyImageToBuffer { from: image, to: buffer });
         results.push((name, buffer));
+    }
+    for &(name, from) in buffers {
+        let to = graph.buffer(&format!("{name} (host)"), graph.buffer_info(from).bytes, Lifetime::ReadBack);
+        graph.add(&format!("read_{name}"), Work::CopyBuffer { from, to });
+        results.push((name, to));
     }
     let buffers: Vec<_> = results.iter().map(|r| r.1).collect();
     graph.host_read(&buffers);

@@ -4,14 +4,28 @@ use ash::vk;
 
 use crate::graph::access::FragmentSampled;
 use crate::graph::{
-    Binding, BufferHandle, Draw, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState, Stream,
+    Binding, BufferHandle, Cull, Draw, Geometry, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState,
+    Stream,
 };
 use crate::plan::Plan;
 use crate::plan::geometry::PlannedDraw;
 use crate::plan::materials::{Map, Variant, level_count};
 use crate::scene::{Sampler, Wrap};
 use crate::shaders::shade::forward;
-use crate::shared::{Frame, InstanceData, MaterialData};
+use crate::shared::{Frame, InstanceData, MaterialData, TileGrid};
+
+/// Handles of what light lists are made from.
+#[derive(Debug, Clone, Copy)]
+pub struct TileHandles {
+    /// One `TileGrid`.
+    pub grid: BufferHandle,
+    /// `CULL_TEXELS` a light.
+    pub lights: BufferHandle,
+    /// Edges of columns, then of rows.
+    pub edges: BufferHandle,
+    /// One texel, bound where nothing is known of depths.
+    pub no_bounds: ImageHandle,
+}
 
 /// Handles of everything that is filled before the first frame.
 pub struct SceneHandles {
@@ -31,6 +45,8 @@ pub struct SceneHandles {
     pub textures: Vec<ImageHandle>,
     /// Set 1 by material.
     pub material_bindings: Vec<Vec<Binding>>,
+    /// Where the plan has tiles.
+    pub tiles: Option<TileHandles>,
 }
 
 fn wrap(mode: Wrap) -> vk::SamplerAddressMode {
@@ -90,6 +106,12 @@ impl SceneHandles {
             indices: graph.buffer("indices", (geometry.index_count * 4).max(4), fixed),
             textures,
             material_bindings,
+            tiles: plan.tiles.as_ref().map(|tiles| TileHandles {
+                grid: graph.buffer("tile_grid", size_of::<TileGrid>() as u64, fixed),
+                lights: graph.buffer("cull_lights", (tiles.lights.len() as u64 * 16).max(16), fixed),
+                edges: graph.buffer("tile_edges", tiles.edges.len() as u64 * 16, fixed),
+                no_bounds: graph.image("no bounds", vk::Format::R32G32B32A32_UINT, [1, 1], fixed),
+            }),
         }
     }
 }
@@ -136,10 +158,10 @@ pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
     Draw {
         pipeline,
         material: Some(planned.material),
-        mesh: Some(mesh),
+        geometry: Geometry::Mesh(mesh),
         instance_offset: planned.instance_offset,
         instance_count: planned.instance_count,
         mirrored: planned.mirrored,
-        double_sided: planned.double_sided,
+        cull: if planned.double_sided { Cull::None } else { Cull::Back },
     }
 }

@@ -8,7 +8,9 @@ use super::forward::depth_state;
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
 use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
-use crate::graph::{ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{
+    Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+};
 use crate::plan::Plan;
 use crate::plan::materials::Variant;
 use crate::shaders::shade::surface;
@@ -37,10 +39,12 @@ pub fn add(
         program: &surface::PROGRAM,
         constants: constants(*v, plan.view.lens.mirrors()),
         colors: vec![RADIANCE_FORMAT; LAYERS.len()],
+        blend: Blend::Replace,
         depth: Some(depth_state(prepass.is_some())),
+        depth_clamp: false,
     });
     let render = Render {
-        colors: layers.map(|image| ColorAttachment { image, clear: [0.0; 4] }).to_vec(),
+        colors: layers.map(|image| ColorAttachment { image, clear: Some([0.0; 4]) }).to_vec(),
         depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
         extent,
         bindings: set.list(),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::materials::NORMAL_MAP;
-use super::{Plan, Request, Technique};
+use super::{DepthBounds, Plan, Request, Technique};
 use crate::scene::{AlphaMode, Scene};
 
 /// One effect and its decision.
@@ -28,6 +28,8 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
     vec![
         prepass(plan, request),
         lights(plan),
+        depth_bounds(plan, request),
+        light_lists(plan),
         normal_maps(plan, scene, on_device),
         alpha_mask(scene),
         transparency(scene),
@@ -61,6 +63,42 @@ fn lights(plan: &Plan) -> Effect {
         ),
     };
     effect("lights", count > 0, why, plan.lights.bytes())
+}
+
+fn depth_bounds(plan: &Plan, request: &Request) -> Effect {
+    let Some(tiles) = &plan.tiles else {
+        return effect("depth_bounds", false, format!("{} has no light lists", plan.technique.name()), 0);
+    };
+    let bytes = u64::from(tiles.count_tiles()) * 16;
+    let why = match tiles.bounds {
+        DepthBounds::Off if !plan.prepass => "no depth is known before shading".into(),
+        DepthBounds::Off => "--depth-bounds off".into(),
+        DepthBounds::MinMax => "nearest and farthest sample of each tile".into(),
+        DepthBounds::Mask => {
+            format!("nearest and farthest sample of each tile, and which of {} slots hold samples", tiles.slots)
+        }
+    };
+    effect("depth_bounds", request.depth_bounds_or_default() != DepthBounds::Off && plan.prepass, why, bytes)
+}
+
+fn light_lists(plan: &Plan) -> Effect {
+    let Some(tiles) = &plan.tiles else {
+        return effect("light_lists", false, format!("{} loops over all lights", plan.technique.name()), 0);
+    };
+    let grid = &tiles.grid;
+    let why = format!(
+        "{}x{} tiles of {} pixels, {}: at most {} pairs, the longest list {}; {}x{} bins hold {} pairs",
+        grid.columns,
+        grid.rows,
+        tiles.tile,
+        tiles.cull.name(),
+        tiles.tile_pairs,
+        tiles.longest_tile,
+        grid.bin_columns,
+        grid.bin_rows,
+        tiles.bin_pairs
+    );
+    effect("light_lists", true, why, tiles.bytes())
 }
 
 fn normal_maps(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {

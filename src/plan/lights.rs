@@ -145,16 +145,12 @@ impl LightTable {
         let count = u32::try_from(lighting.lights.len()).unwrap_or(u32::MAX);
         let texel_count = u64::from(count) * u64::from(texels_each);
         let seek = lighting.lights.iter().any(|l| l.range.is_finite());
-        check_loops(count, seek, limits)?;
         let (fetch, fetch_why) = choose(choice, count, texel_count, limits)?;
         let placed = lighting.lights.iter().filter(|l| l.kind != LightKind::Directional);
         let positions = placed.map(|l| view.world_to_view.transform_point3(l.position));
         let step = remainder_step(positions);
         let mut texels = Vec::with_capacity(texel_count as usize);
-        // Directional lights first: deferred techniques add them with the ambient term, before any light of finite range.
-        let directional = |l: &&ResolvedLight| l.kind == LightKind::Directional;
-        let (first, then): (Vec<_>, Vec<_>) = lighting.lights.iter().partition(directional);
-        for light in first.into_iter().chain(then) {
+        for light in lighting.in_table_order() {
             push(&mut texels, light, view, texels_each, step);
         }
         Ok(Self {
@@ -191,7 +187,7 @@ fn check_intensities(lighting: &Lighting) -> Result<()> {
 
 /// Refuses what the driver would cut short. The seeking loop of shade.glsl tests every light and shades at most every light; each
 /// group of 32 ends two inner loops and goes round the outer one, and that ends once. The plain loop goes round once a light.
-fn check_loops(count: u32, seek: bool, limits: &Limits) -> Result<()> {
+pub(super) fn check_loops(count: u32, seek: bool, limits: &Limits) -> Result<()> {
     let lights = u64::from(count);
     let iterations = if seek { 2 * lights + 3 * lights.div_ceil(32) + 1 } else { lights };
     if iterations > u64::from(limits.max_loop_iterations) {

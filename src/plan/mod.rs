@@ -5,7 +5,9 @@ pub mod geometry;
 pub mod lights;
 mod limits;
 pub mod materials;
+pub mod projection;
 mod request;
+pub mod tiles;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -17,7 +19,8 @@ pub use effects::Effect;
 pub use geometry::Geometry;
 pub use lights::{Fetch, LightTable};
 pub use limits::Limits;
-pub use request::{CameraChoice, DebugView, FetchChoice, Request, Technique};
+pub use request::{CameraChoice, CullTest, DebugView, DepthBounds, FetchChoice, Request, Technique};
+pub use tiles::Tiles;
 
 /// Bytes of one RGBA32F texel.
 const RADIANCE_BYTES: u64 = 16;
@@ -41,6 +44,8 @@ pub struct Plan {
     pub samples: u32,
     /// Lights in device form.
     pub lights: LightTable,
+    /// Light lists of screen tiles, where the technique has them.
+    pub tiles: Option<Tiles>,
     /// Draws, and where meshes lie in the shared buffers.
     pub geometry: Geometry,
     /// Textures and material constants.
@@ -69,9 +74,15 @@ impl Plan {
         note_lighting(&lighting, &mut notes);
         let (technique, technique_why) = request.technique_or_default();
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
+        if matches!(technique, Technique::Forward | Technique::Reference) {
+            lights::check_loops(lights.count, lights.seek, limits)?;
+        }
         let materials = materials::Materials::new(scene, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, limits)?;
-        let prepass = technique == Technique::Forward && request.prepass && !geometry.draws.is_empty();
+        let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
+        let tiled = technique == Technique::TiledForward;
+        let request = &Request { prepass, ..request.clone() };
+        let tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent(scene, &view), limits)).transpose()?;
         let mut plan = Self {
             technique,
             technique_why,
@@ -80,6 +91,7 @@ impl Plan {
             prepass,
             samples: 1,
             lights,
+            tiles,
             geometry,
             materials,
             effects: Vec::new(),
@@ -106,6 +118,16 @@ impl Plan {
     pub fn static_bytes(&self) -> u64 {
         self.geometry.bytes() + self.materials.bytes() + self.lights.bytes()
     }
+}
+
+/// Metres from the eye beyond which nothing is drawn.
+fn extent(scene: &Scene, view: &View) -> f64 {
+    let bounds = scene.bounds();
+    if bounds.is_empty() {
+        return 0.0;
+    }
+    let center = view.world_to_view.transform_point3(bounds.center());
+    center.length() + (bounds.max - bounds.min).length() * 0.5
 }
 
 fn check_size(request: &Request, limits: &Limits) -> Result<()> {

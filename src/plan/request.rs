@@ -14,6 +14,8 @@ pub enum Technique {
     Auto,
     /// Every fragment loops over all lights.
     Forward,
+    /// Every fragment loops over the lights of its screen tile.
+    TiledForward,
     /// Rays in f64 on the CPU.
     Reference,
 }
@@ -24,6 +26,7 @@ impl Technique {
         match self {
             Self::Auto => "auto",
             Self::Forward => "forward",
+            Self::TiledForward => "tiled-forward",
             Self::Reference => "reference",
         }
     }
@@ -40,6 +43,59 @@ pub enum FetchChoice {
     Uniform,
     /// Uniform texel buffer; refused where the lights do not fit.
     Texel,
+}
+
+/// Which lights a tile takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CullTest {
+    /// Those whose screen rectangle touches it; rectangles from tangents.
+    Bounds,
+    /// The same with rectangles from the textbook's divisions, which lose lights: kept to show it.
+    BoundsTextbook,
+    /// Those that reach between its four planes.
+    Frustum,
+    /// Those that reach between its planes and touch its view-space box.
+    FrustumAabb,
+}
+
+impl CullTest {
+    /// Every test.
+    pub const ALL: [Self; 4] = [Self::Bounds, Self::BoundsTextbook, Self::Frustum, Self::FrustumAabb];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bounds => "bounds",
+            Self::BoundsTextbook => "bounds-textbook",
+            Self::Frustum => "frustum",
+            Self::FrustumAabb => "frustum-aabb",
+        }
+    }
+}
+
+/// What culling knows of the depths in a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DepthBounds {
+    /// Nothing.
+    Off,
+    /// Nearest and farthest sample.
+    MinMax,
+    /// These and which of the slots between them hold samples.
+    Mask,
+}
+
+impl DepthBounds {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Off, Self::MinMax, Self::Mask];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::MinMax => "minmax",
+            Self::Mask => "2.5d",
+        }
+    }
 }
 
 /// Pictures of intermediate values.
@@ -89,6 +145,12 @@ pub struct Request {
     pub rules: LightRules,
     /// Light data.
     pub fetch: FetchChoice,
+    /// Pixels along each side of a tile: 8, 16, 32 or 64.
+    pub tile: u32,
+    /// Which lights a tile takes.
+    pub cull: CullTest,
+    /// What it knows of its depths; `None`: as much as there is.
+    pub depth_bounds: Option<DepthBounds>,
     /// Which camera.
     pub camera: CameraChoice,
     /// Instead of radiance.
@@ -105,6 +167,9 @@ impl Default for Request {
             shading: Shading::Gltf,
             rules: LightRules::default(),
             fetch: FetchChoice::Auto,
+            tile: 16,
+            cull: CullTest::FrustumAabb,
+            depth_bounds: None,
             camera: CameraChoice::Default,
             debug_view: None,
         }
@@ -146,6 +211,14 @@ impl Request {
     /// The fetch that matters: none does for the reference.
     pub fn fetch_or_default(&self) -> FetchChoice {
         if self.technique == Technique::Reference { FetchChoice::Storage } else { self.fetch }
+    }
+
+    /// Depths are known only after a pre-pass.
+    pub fn depth_bounds_or_default(&self) -> DepthBounds {
+        match self.depth_bounds {
+            _ if !self.prepass => DepthBounds::Off,
+            asked => asked.unwrap_or(DepthBounds::Mask),
+        }
     }
 
     /// The technique that `auto` stands for, and why.

@@ -5,9 +5,14 @@
 //! device's.
 
 pub mod bvh;
+pub mod depth_reduce;
+pub mod light_pairs;
+pub mod radix_sort;
 pub mod ray;
 pub mod render;
+pub mod scan;
 pub mod shade;
 pub mod smooth;
 pub mod surface;
 pub mod texture;
+pub mod tile_cull;

@@ -189,6 +189,14 @@ impl Lighting {
     }
 }
 
+impl Lighting {
+    /// Lights in the order of ids: directional ones first, so that techniques which add them with the ambient term keep the order.
+    pub fn in_table_order(&self) -> impl Iterator<Item = &ResolvedLight> {
+        let of = |directional: bool| move |l: &&ResolvedLight| (l.kind == LightKind::Directional) == directional;
+        self.lights.iter().filter(of(true)).chain(self.lights.iter().filter(of(false)))
+    }
+}
+
 fn check_rules(rules: &LightRules) -> Result<()> {
     let good = |x: f64| x.is_finite() && x >= 0.0;
     if !rules.ambient.is_finite() || rules.ambient.min_element() < 0.0 {

@@ -9,18 +9,29 @@ use super::module::op;
 use super::specialize;
 use crate::graph::program::Program;
 use crate::shaders::shade::forward;
-use crate::shaders::{depth, prim, shade};
+use crate::shaders::{depth, prim, shade, tile};
 
 mod small;
 
-static PROGRAMS: [&Program; 7] = [
+static PROGRAMS: [&Program; 18] = [
     &depth::depth_prepass::PROGRAM,
     &depth::depth_prepass_masked::PROGRAM,
     &prim::layout_probe::PROGRAM,
+    &prim::make_keys::PROGRAM,
+    &prim::radix_count::PROGRAM,
+    &prim::radix_scatter::PROGRAM,
+    &prim::scan_spread::PROGRAM,
+    &prim::scan_sum::PROGRAM,
     &prim::write_index::PROGRAM,
     &shade::ceiling::PROGRAM,
     &shade::forward::PROGRAM,
     &shade::surface::PROGRAM,
+    &shade::tiled_forward::PROGRAM,
+    &tile::depth_reduce::PROGRAM,
+    &tile::tile_bin_count::PROGRAM,
+    &tile::tile_bin_fill::PROGRAM,
+    &tile::tile_count::PROGRAM,
+    &tile::tile_fill::PROGRAM,
 ];
 
 /// Point lights through a texel buffer on plain Lambert surfaces: the least work that a variant does with lights.

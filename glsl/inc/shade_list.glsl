@@ -1,0 +1,65 @@
+// The sum over a list of lights in id order, after those that every sample adds: what shade_all_lights adds, without the zeros.
+#include "shade.glsl"
+
+layout(constant_id = 21) const uint LIST_FETCH = WORDS_TEXEL;
+// As LIGHT_SEEK, for lists: pays where many listed lights do not reach the sample.
+layout(constant_id = 22) const bool LIST_SEEK = true;
+
+layout(set = 0, binding = 6, scalar) uniform GridBlock { TileGrid data; } grid;
+layout(set = 0, binding = 7, scalar) readonly buffer ListOffsets { uint data[]; } list_offsets_storage;
+layout(set = 0, binding = 8, scalar) readonly buffer ListLights { uint data[]; } list_lights_storage;
+layout(set = 0, binding = 9) uniform usamplerBuffer list_lights_texel;
+layout(set = 0, binding = 10) uniform usamplerBuffer list_offsets_texel;
+
+uint list_light(uint at) {
+    if (LIST_FETCH == WORDS_STORAGE) {
+        return list_lights_storage.data[at];
+    }
+    return texelFetch(list_lights_texel, int(at)).x;
+}
+
+uint list_offset(uint at) {
+    if (LIST_FETCH == WORDS_STORAGE) {
+        return list_offsets_storage.data[at];
+    }
+    return texelFetch(list_offsets_texel, int(at)).x;
+}
+
+// Lights begin to end of the list.
+vec3 shade_listed_lights(Surface s, uint begin, uint end) {
+    if (s.unlit) {
+        return min(s.base_color, MAX_RADIANCE);
+    }
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    precise vec3 sum = unlit_radiance(s);
+    if (LIGHT_KINDS == 0u) {
+        return min(sum, MAX_RADIANCE);
+    }
+    if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
+        uint first_light = grid.data.first_light;
+        for (uint i = 0u; i < first_light; ++i) {
+            sum += shade_light(i, lobes, s, v);
+        }
+    }
+    if (!LIST_SEEK) {
+        for (uint at = begin; at < end; ++at) {
+            sum += shade_light(list_light(at), lobes, s, v);
+        }
+        return min(sum, MAX_RADIANCE);
+    }
+    for (uint base = begin; base < end; base += 32u) {
+        uint reaching = 0u;
+        uint count = min(end - base, 32u);
+        for (uint i = 0u; i < count; ++i) {
+            bool outside = light_out_of_range(light_texel(list_light(base + i) * LIGHT_TEXELS), s.position);
+            reaching |= outside ? 0u : 1u << i;
+        }
+        while (reaching != 0u) {
+            uint i = base + uint(findLSB(reaching));
+            reaching &= reaching - 1u;
+            sum += shade_light(list_light(i), lobes, s, v);
+        }
+    }
+    return min(sum, MAX_RADIANCE);
+}

@@ -1,0 +1,58 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Nearest and farthest distance of each tile's samples, and the mask of slots between them that hold samples: a thread a tile.
+#include "base.glsl"
+#include "cull.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(constant_id = 20) const uint TILE = 16u;
+layout(constant_id = 21) const uint DEPTH_BOUNDS = BOUNDS_MASK;
+layout(constant_id = 22) const uint DEPTH_SLOTS = 32u;
+
+layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
+layout(set = 0, binding = 1) uniform sampler2D depth;
+layout(set = 0, binding = 2, rgba32ui) uniform writeonly uimage2D tile_bounds;
+
+void main() {
+    uvec2 at = gl_GlobalInvocationID.xy;
+    if (at.x >= grid.data.columns || at.y >= grid.data.rows) {
+        return;
+    }
+    uvec2 begin = at * TILE;
+    uvec2 end = min(begin + TILE, uvec2(grid.data.width, grid.data.height));
+    // Depth is reversed and never negative where something is: 0 is the sky. As integers its bits keep their order.
+    uint nearest = 0u;
+    uint farthest = 0xffffffffu;
+    for (uint y = begin.y; y < end.y; ++y) {
+        for (uint x = begin.x; x < end.x; ++x) {
+            uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
+            bool solid = bits - 1u < 0x7f800000u;
+            nearest = max(nearest, solid ? bits : 0u);
+            farthest = min(farthest, solid ? bits : 0xffffffffu);
+        }
+    }
+    if (nearest == 0u) {
+        imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(FAR_LIMIT), 0u, 0u, 0u));
+        return;
+    }
+    float near = distance_range(grid.data, uintBitsToFloat(nearest)).x;
+    float far = distance_range(grid.data, uintBitsToFloat(farthest)).y;
+    uvec2 mask = uvec2(0xffffffffu);
+    if (DEPTH_BOUNDS == BOUNDS_MASK) {
+        float scale = slots_a_metre(near, far, DEPTH_SLOTS);
+        mask = uvec2(0u);
+        for (uint y = begin.y; y < end.y; ++y) {
+            for (uint x = begin.x; x < end.x; ++x) {
+                uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
+                bool solid = bits - 1u < 0x7f800000u;
+                float stored = uintBitsToFloat(solid ? bits : nearest);
+                vec2 at_distance = distance_range(grid.data, stored);
+                uint first = depth_slot(near, scale, at_distance.x, DEPTH_SLOTS);
+                uint last = depth_slot(near, scale, at_distance.y, DEPTH_SLOTS);
+                mask |= slot_mask(first, last);
+            }
+        }
+    }
+    imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(near), floatBitsToUint(far), mask));
+}

@@ -1,0 +1,43 @@
+//! Depth reduction: nearest and farthest distance of each tile's samples, and which slots between them hold samples (Harada, "A 2.5D
+//! culling for Forward+", SIGGRAPH Asia 2012).
+//!
+//! Reads: tile grid, depth. Writes: tile bounds, an RGBA32_UINT image of a texel a tile: two distances as bits, then a mask of 64 bits.
+//! Groups of 8x8 threads, a thread a tile: serial runs are what CPU drivers are fastest at. Sky never enters; a tile of nothing but sky
+//! has its nearest distance beyond its farthest. Limits: none. CPU twin: `reference/depth_reduce.rs`.
+
+use ash::vk;
+
+use super::{TileHandles, dispatch, nearest_sampler};
+use crate::graph::access::{ComputeImageWrite, ComputeSampled, ComputeUniform};
+use crate::graph::{Contents, Graph, ImageHandle, Lifetime};
+use crate::plan::{DepthBounds, Tiles};
+use crate::shaders::tile::depth_reduce;
+use crate::shared;
+
+/// Texels of [`add`]'s image.
+pub const BOUNDS_FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
+
+/// Value of DEPTH_BOUNDS.
+pub fn bounds_constant(bounds: DepthBounds) -> u32 {
+    match bounds {
+        DepthBounds::Off => shared::BOUNDS_OFF,
+        DepthBounds::MinMax => shared::BOUNDS_MIN_MAX,
+        DepthBounds::Mask => shared::BOUNDS_MASK,
+    }
+}
+
+/// Adds the pass; the tile bounds.
+pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, depth: ImageHandle) -> ImageHandle {
+    let size = [tiles.grid.columns, tiles.grid.rows];
+    let bounds = graph.image("tile_bounds", BOUNDS_FORMAT, size, Lifetime::Transient);
+    let set = depth_reduce::Bindings {
+        grid: ComputeUniform(handles.grid),
+        depth: ComputeSampled(depth, nearest_sampler()),
+        tile_bounds: ComputeImageWrite(bounds, Contents::Discarded),
+    };
+    let spec =
+        depth_reduce::Spec { TILE: tiles.tile, DEPTH_BOUNDS: bounds_constant(tiles.bounds), DEPTH_SLOTS: tiles.slots };
+    let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
+    graph.add("depth_reduce", dispatch(&depth_reduce::PROGRAM, spec.values(), set.list(), groups));
+    bounds
+}

@@ -1,0 +1,96 @@
+//! Tiled forward shading ("Forward+", Harada, McKee, Yang, Eurographics 2012): every fragment loops over the lights of its tile.
+//!
+//! Reads: what `forward` reads, tile grid, lists and offsets. Writes: radiance, and depth without a pre-pass.
+//! Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
+
+use super::forward::{depth_state, light_constants};
+use super::resources::{draw, variants};
+use super::tile_cull::{Lists, list_fetch};
+use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, TileHandles};
+use crate::graph::access::{
+    FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
+};
+use crate::graph::{
+    Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+};
+use crate::plan::materials::Variant;
+use crate::plan::{Plan, Tiles};
+use crate::shaders::shade::tiled_forward;
+
+/// What the pass needs beside the scene.
+pub struct Inputs<'a> {
+    /// The plan's tiles.
+    pub tiles: &'a Tiles,
+    /// Their static buffers.
+    pub handles: &'a TileHandles,
+    /// Their lists.
+    pub lists: Lists,
+    /// Depth that is there already.
+    pub prepass: Option<ImageHandle>,
+}
+
+/// Adds the pass; the radiance.
+pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> ImageHandle {
+    let extent = [plan.view.width, plan.view.height];
+    let prepass = inputs.prepass;
+    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let (distinct, of_draw) = variants(plan, |v| v);
+    let set = tiled_forward::Bindings {
+        frame: GraphicsUniform(scene.frame),
+        instances: VertexStorageRead(scene.instances),
+        materials: GraphicsStorageRead(scene.materials),
+        lights_storage: FragmentStorageRead(scene.lights),
+        lights_uniform: FragmentUniform(scene.lights),
+        lights_texel: FragmentTexel(scene.lights),
+        grid: FragmentUniform(inputs.handles.grid),
+        list_offsets_storage: FragmentStorageRead(inputs.lists.offsets),
+        list_offsets_texel: FragmentTexel(inputs.lists.offsets),
+        list_lights_storage: FragmentStorageRead(inputs.lists.lights),
+        list_lights_texel: FragmentTexel(inputs.lists.lights),
+    };
+    let render = Render {
+        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
+        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
+        extent,
+        bindings: set.list(),
+        material_bindings: scene.material_bindings.clone(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs.tiles, v, prepass.is_some())).collect(),
+        draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
+        vertices: Some(scene.vertices),
+        indices: Some(scene.indices),
+    };
+    graph.add("tiled_forward", Work::Render(render));
+    radiance
+}
+
+fn pipeline(plan: &Plan, tiles: &Tiles, variant: Variant, after_prepass: bool) -> GraphicsPipeline {
+    let constants = light_constants(plan);
+    let spec = tiled_forward::Spec {
+        LIGHT_FETCH: constants.fetch,
+        LIGHT_KINDS: constants.kinds,
+        LIGHT_TEXELS: constants.texels,
+        LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
+        LIGHT_SEEK: constants.seek,
+        INVERSE_SQUARE: constants.inverse_square,
+        SHADING: constants.shading,
+        TEXTURES: variant.textures,
+        ALPHA_MASK: variant.masked,
+        UV_SETS: variant.uv_sets,
+        UV_TRANSFORMS: variant.uv_transforms,
+        VERTEX_COLORS: variant.vertex_colors,
+        UNLIT: variant.unlit,
+        MIRRORED_LENS: plan.view.lens.mirrors(),
+        TILE: tiles.tile,
+        LIST_FETCH: list_fetch(tiles),
+        LIST_SEEK: tiles.list_seek && constants.seek,
+    };
+    GraphicsPipeline {
+        program: &tiled_forward::PROGRAM,
+        constants: spec.values(),
+        colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
+        depth: Some(depth_state(after_prepass)),
+        depth_clamp: false,
+    }
+}

@@ -1,0 +1,64 @@
+//! CPU twin of depth reduction: `glsl/tile/depth_reduce.comp`, to the bit.
+
+use crate::math::cull;
+use crate::shared::{FAR_LIMIT, TileGrid};
+
+/// What culling knows of a tile: two distances in metres and the mask of slots between them that hold samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TileBounds {
+    /// Nearest; beyond `far` where nothing but sky is seen.
+    pub near: f32,
+    /// Farthest.
+    pub far: f32,
+    /// Bit s: slot s holds a sample.
+    pub mask: u64,
+}
+
+impl TileBounds {
+    /// A tile of nothing but sky.
+    pub const SKY: Self = Self { near: FAR_LIMIT, far: 0.0, mask: 0 };
+
+    /// The texel that the device stores.
+    pub fn words(&self) -> [u32; 4] {
+        [self.near.to_bits(), self.far.to_bits(), self.mask as u32, (self.mask >> 32) as u32]
+    }
+
+    /// From a texel that the device stored.
+    pub fn from_words(words: [u32; 4]) -> Self {
+        Self {
+            near: f32::from_bits(words[0]),
+            far: f32::from_bits(words[1]),
+            mask: u64::from(words[2]) | u64::from(words[3]) << 32,
+        }
+    }
+
+    /// Slots of its mask a metre.
+    pub fn slots_a_metre(&self, slots: u32) -> f32 {
+        cull::slots_a_metre(self.near, self.far, slots)
+    }
+}
+
+/// Bounds of every tile of `tile` pixels, row-major; `slots` of the mask, or `None` for a mask of ones.
+pub fn run(grid: &TileGrid, tile: u32, slots: Option<u32>, depth: &[f32]) -> Vec<TileBounds> {
+    let tiles = (0..grid.rows).flat_map(|y| (0..grid.columns).map(move |x| [x, y]));
+    tiles.map(|at| of_tile(grid, at.map(|t| t * tile), tile, slots, depth)).collect()
+}
+
+fn of_tile(grid: &TileGrid, [x0, y0]: [u32; 2], tile: u32, slots: Option<u32>, depth: &[f32]) -> TileBounds {
+    let (x1, y1) = ((x0 + tile).min(grid.width), (y0 + tile).min(grid.height));
+    let pixels = || (y0..y1).flat_map(move |y| (x0..x1).map(move |x| (y * grid.width + x) as usize));
+    // As integers: the order of positive floats, and nothing else is something that was drawn.
+    let bits = || pixels().map(|p| depth[p].to_bits()).filter(|b| (1..=f32::INFINITY.to_bits()).contains(b));
+    let (Some(nearest), Some(farthest)) = (bits().max(), bits().min()) else { return TileBounds::SKY };
+    let [near, _] = cull::distance_range(grid, f32::from_bits(nearest));
+    let [_, far] = cull::distance_range(grid, f32::from_bits(farthest));
+    let mut bounds = TileBounds { near, far, mask: u64::MAX };
+    if let Some(slots) = slots {
+        let scale = bounds.slots_a_metre(slots);
+        bounds.mask = bits().map(f32::from_bits).fold(0, |mask, stored| {
+            let [first, last] = cull::distance_range(grid, stored).map(|d| cull::depth_slot(near, scale, d, slots));
+            mask | cull::slot_mask(first, last)
+        });
+    }
+    bounds
+}
