@@ -208,6 +208,9 @@ pub struct Check {
     /// Run under validation and synchronization validation.
     #[arg(long)]
     pub validate: bool,
+    /// Run the long ones too: up to an hour.
+    #[arg(long)]
+    pub deep: bool,
     /// Write the machine form here, - for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -66,6 +66,7 @@ impl Renderer {
             max_storage_bytes: u64::from(limits.max_storage_buffer_range),
             max_uniform_bytes: u64::from(limits.max_uniform_buffer_range),
             max_texel_elements: u64::from(limits.max_texel_buffer_elements),
+            sub_pixel_bits: limits.sub_pixel_precision_bits,
             max_color_attachments: limits.max_color_attachments,
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
         }

@@ -15,6 +15,26 @@ use lampyris::scene::{
 use crate::support::run;
 
 #[test]
+fn p1_to_p7_lights_whose_projection_is_hard() {
+    run("projection");
+}
+
+#[test]
+fn t2_t4_t6_t9_tiles() {
+    run("tiles");
+}
+
+#[test]
+fn t5_light_in_the_gap() {
+    run("gap");
+}
+
+#[test]
+fn t11_depths_of_positions() {
+    run("depths");
+}
+
+#[test]
 fn c7_sort_is_stable_and_equals_the_cpus() {
     run("sort");
 }

@@ -29,7 +29,7 @@ fn request(technique: Technique) -> Request {
     Request { width: SIZE.0, height: SIZE.1, technique, ..Request::default() }
 }
 
-fn radiance(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Vec<u32>> {
+pub(in crate::checks) fn radiance(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Vec<u32>> {
     let plan = Plan::new(scene, request, &renderer.limits())?;
     let mut prepared = renderer.prepare(scene, &plan)?;
     prepared.draw(1)?;
@@ -95,17 +95,17 @@ pub fn tiled(renderer: &Renderer) -> Result<Vec<Row>> {
 }
 
 /// What the device made of one request.
-pub(super) struct Made {
-    pub(super) plan: Plan,
-    pub(super) depth: Vec<f32>,
+pub(in crate::checks) struct Made {
+    pub(in crate::checks) plan: Plan,
+    pub(in crate::checks) depth: Vec<f32>,
     /// As stored; empty where nothing is known of depths.
-    pub(super) bounds: Vec<[u32; 4]>,
+    pub(in crate::checks) bounds: Vec<[u32; 4]>,
     /// Lists as the twin has them: an offset a tile.
-    pub(super) lists: Lists,
+    pub(in crate::checks) lists: Lists,
     violations: usize,
 }
 
-pub(super) fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
+pub(in crate::checks) fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
     let plan = Plan::new(scene, request, &renderer.limits())?;
     let frame = passes::list_frame(&plan).ok_or_else(|| Error::new("this technique makes no lists"))?;
     let mut prepared = renderer.prepare_frame(scene, &plan, frame)?;
@@ -121,7 +121,7 @@ pub(super) fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Res
 }
 
 /// What the twin makes of the depth that was read back: bounds, and lists from the device's bounds.
-pub(super) fn twin(made: &Made) -> (Vec<[u32; 4]>, Lists) {
+pub(in crate::checks) fn twin(made: &Made) -> (Vec<[u32; 4]>, Lists) {
     let Some(tiles) = &made.plan.tiles else { return (Vec::new(), Lists::default()) };
     let slots = (tiles.bounds == DepthBounds::Mask).then_some(tiles.slots);
     let bounds = match tiles.bounds {
@@ -142,7 +142,7 @@ pub(super) fn twin(made: &Made) -> (Vec<[u32; 4]>, Lists) {
 }
 
 /// Judges lists by the f64 oracle.
-pub(super) fn judged(made: &Made) -> PairCounts {
+pub(in crate::checks) fn judged(made: &Made) -> PairCounts {
     let Some(tiles) = &made.plan.tiles else { return PairCounts::default() };
     let grid = &tiles.grid;
     let tile_of = |pixel: u32| {

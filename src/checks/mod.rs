@@ -42,6 +42,9 @@ impl Row {
 /// A check: gives its rows or says why it could not run.
 pub type Check = fn(&Renderer) -> Result<Vec<Row>>;
 
+/// Checks that take minutes, run besides by `check --deep`.
+pub const DEEP: &[(&str, Check)] = &[("projection_deep", hard::culling::projection_deep)];
+
 /// Every check with its name.
 pub const ALL: &[(&str, Check)] = &[
     ("layout", layout::layout),
@@ -58,6 +61,10 @@ pub const ALL: &[(&str, Check)] = &[
     ("samplers", textured::samplers),
     ("material_maps", textured::maps),
     ("material_modes", textured::modes),
+    ("projection", hard::culling::projection),
+    ("tiles", hard::tiles::tiles),
+    ("gap", hard::tiles::gap),
+    ("depths", hard::tiles::depths),
     ("spot_cones", hard::cones::spot_cones),
     ("range_edge", hard::ranges::range_edge),
     ("light_on_surface", hard::ranges::light_on_surface),

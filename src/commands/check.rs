@@ -23,7 +23,8 @@ pub fn run(args: &Check) -> Result<ExitCode> {
         report::print(&format!("{}\n", facts.line()))?;
     }
     let mut rows: Vec<Row> = Vec::new();
-    for (name, check) in checks::ALL {
+    let deep = if args.deep { checks::DEEP } else { &[] };
+    for (name, check) in checks::ALL.iter().chain(deep) {
         let mut found = check(&renderer).unwrap_or_else(|e| {
             vec![Row { name: (*name).into(), passed: false, detail: format!("could not run: {e}") }]
         });

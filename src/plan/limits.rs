@@ -19,6 +19,8 @@ pub struct Limits {
     pub max_index: u32,
     /// Loop iterations of one shader invocation that the driver carries out; it leaves its loops past them without a word.
     pub max_loop_iterations: u32,
+    /// `subPixelPrecisionBits`.
+    pub sub_pixel_bits: u32,
     /// `maxColorAttachments`.
     pub max_color_attachments: u32,
     /// `maxPerStageDescriptorStorageBuffers`.
@@ -35,6 +37,7 @@ impl Limits {
         max_texel_elements: 65536,
         max_index: (1 << 24) - 1,
         max_loop_iterations: u32::MAX,
+        sub_pixel_bits: 4,
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
     };
@@ -50,6 +53,7 @@ impl Limits {
         max_texel_elements: 0,
         max_index: u32::MAX,
         max_loop_iterations: u32::MAX,
+        sub_pixel_bits: 8,
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
     };

@@ -40,6 +40,11 @@ pub struct Tiles {
     pub longest_tile: u32,
     /// Lists are read by texel.
     pub words_by_texel: bool,
+    /// Metres by which a shaded position may lie outside what its pixel and its stored depth say: interpolation is off by some ulp of the
+    /// largest coordinate of its triangle. Radii are wider by as much.
+    pub position_slack: f64,
+    /// The same for vertices that are snapped to sub-pixels: metres a metre of distance, or metres where the lens is orthographic.
+    pub snap_slack: f64,
     /// Lights are culled by texel.
     pub lights_by_texel: bool,
     /// Listed lights are tested for their range before they are shaded. Measured on lavapipe: with boxes and depth bounds most listed lights
@@ -54,6 +59,9 @@ const DEPTH_SLACK: f32 = 9.536743e-7;
 
 /// Relative error of positions, radii and the arithmetic of the tests, relative to the farthest thing that is drawn: 2^-20.
 const SPACE_SLACK: f64 = 9.5367431640625e-7;
+
+/// Sub-pixel steps by which a rasteriser may shift what it interpolates; pixels' centres lie half a pixel within their tile besides.
+const SNAP_STEPS: f64 = 8.0;
 
 /// Squared distance over squared range stays under 1 in the shader only within this of the range (plan/lights.rs).
 const RANGE_SLACK: f64 = 2e-5;
@@ -87,11 +95,13 @@ impl Tiles {
             tile_pairs: 0,
             longest_tile: 0,
             words_by_texel: false,
+            position_slack: extent * SPACE_SLACK,
+            snap_slack: SNAP_STEPS * (-f64::from(limits.sub_pixel_bits)).exp2() * pixel_size(view),
             lights_by_texel: false,
             list_seek: request.cull != CullTest::FrustumAabb || request.depth_bounds_or_default() == DepthBounds::Off,
         };
         for light in culled {
-            tiles.push(light, view, extent);
+            tiles.push(light, view);
         }
         tiles.count();
         tiles.grid.list_chunks = tiles.longest_bin.div_ceil(LIST_CHUNK).max(1);
@@ -121,12 +131,13 @@ impl Tiles {
         words * 4 + image + (self.lights.len() + self.edges.len()) as u64 * 16
     }
 
-    fn push(&mut self, light: &ResolvedLight, view: &View, extent: f64) {
+    fn push(&mut self, light: &ResolvedLight, view: &View) {
         let center = view.world_to_view.transform_point3(light.position);
         let stored = center.as_vec3();
         // Where the light's contribution is not exactly 0 in the shader, whatever was rounded on the way there.
-        let far_away = center.abs().max_element() + light.range + extent;
-        let radius = light.range * (1.0 + RANGE_SLACK) + far_away * SPACE_SLACK;
+        let of_light = (center.abs().max_element() + light.range) * SPACE_SLACK;
+        let far_away = if view.lens.is_perspective() { center.length() + light.range } else { 1.0 };
+        let radius = light.range * (1.0 + RANGE_SLACK) + of_light + self.position_slack + self.snap_slack * far_away;
         let range = projection::distance_range(center, radius, view);
         let rect = match self.cull {
             CullTest::BoundsTextbook => projection::textbook_rectangle(stored, light.range as f32, view),
@@ -178,7 +189,7 @@ impl Tiles {
         self.longest_tile = longest(&mut corners, wide);
     }
 
-    fn check(&self, limits: &Limits) -> Result<()> {
+    fn check(&mut self, limits: &Limits) -> Result<()> {
         let bytes = self.tile_pairs.max(self.bin_pairs).max(self.lights.len() as u64 * 4) * 4;
         let most = limits.max_storage_bytes.min(limits.max_buffer_bytes);
         if bytes > most {
@@ -189,7 +200,9 @@ impl Tiles {
         }
         // Seeking goes round twice a light and three times a run of 32 (plan/lights.rs); directional lights come before.
         let lights = u64::from(self.longest_tile);
-        let iterations = u64::from(self.grid.first_light) + 2 * lights + 3 * lights.div_ceil(32) + 1;
+        let seeking = u64::from(self.grid.first_light) + 2 * lights + 3 * lights.div_ceil(32) + 1;
+        self.list_seek &= seeking <= u64::from(limits.max_loop_iterations);
+        let iterations = u64::from(self.grid.first_light) + lights;
         if iterations > u64::from(limits.max_loop_iterations) {
             return Err(Error::new(format!(
                 "a tile may hold {lights} lights, which take up to {iterations} iterations a fragment; this driver leaves its loops after {}",
@@ -198,6 +211,13 @@ impl Tiles {
         }
         Ok(())
     }
+}
+
+/// The larger side of a pixel, on the image plane.
+fn pixel_size(view: &View) -> f64 {
+    let e = view.lens.extents();
+    let (w, h) = (f64::from(view.width), f64::from(view.height));
+    ((e.right - e.left) / w).abs().max(((e.top - e.bottom) / h).abs())
 }
 
 /// The smallest f32 that is not below `x`; infinity stays.

@@ -1,9 +1,11 @@
 //! Rows of the table of hard cases that need a device: each makes its case happen in a small scene and lets f64 judge.
 
 pub mod cones;
+pub mod culling;
 mod fixtures;
 pub mod nodes;
 pub mod ranges;
 pub mod sums;
 pub mod surfaces;
+pub mod tiles;
 pub mod views;
