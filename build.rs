@@ -93,5 +93,6 @@ fn main() {
         }
         generated.push_str("}\n");
     }
+    generated.push_str(&generate::list(&folders));
     fs::write(out_dir.join("shaders.rs"), generated).unwrap();
 }

@@ -4,6 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use debug_view::DebugViewArg;
+pub use deferred::{DeferredLightsArg, GbufferArg};
+
+mod debug_view;
+mod deferred;
+
 /// A Vulkan renderer for scenes with very many lights, every step explicit.
 #[derive(Debug, Parser)]
 #[command(name = "lampyris", version, about, args_conflicts_with_subcommands = true)]
@@ -47,7 +53,7 @@ pub struct Shared {
     /// How to light.
     #[arg(long, value_enum, default_value = "auto")]
     pub technique: TechniqueChoice,
-    /// Depth pre-pass of forward techniques.
+    /// Depth first, so that each pixel is shaded or stored once.
     #[arg(long, value_enum, default_value = "on")]
     pub prepass: OnOff,
     /// How light data is read.
@@ -62,6 +68,24 @@ pub struct Shared {
     /// Pixels along each side of a tile.
     #[arg(long, value_name = "8|16|32|64", default_value = "16", value_parser = parse_tile)]
     pub tile: u32,
+    /// What bounds a cluster [default: explicit with a pre-pass, implicit without].
+    #[arg(long, value_enum)]
+    pub cluster_bounds: Option<ClusterBoundsArg>,
+    /// Make clusters of samples with like normals; needs a G-buffer.
+    #[arg(long, hide = true)]
+    pub cluster_normals: bool,
+    /// How --technique deferred adds lights.
+    #[arg(long, value_enum, default_value = "volumes")]
+    pub deferred_lights: DeferredLightsArg,
+    /// What the G-buffer of deferred techniques stores.
+    #[arg(long, value_enum, default_value = "compact")]
+    pub gbuffer: GbufferArg,
+    /// Bits of each of a normal's two codes in the compact G-buffer.
+    #[arg(long, value_name = "8|10|16", default_value = "16", value_parser = deferred::parse_normal_bits)]
+    pub normal_bits: u32,
+    /// Draw a small sphere of each light's colour where it stands.
+    #[arg(long)]
+    pub show_lights: bool,
     /// Reflection model.
     #[arg(long, value_enum, default_value = "gltf")]
     pub shading: ShadingArg,
@@ -95,7 +119,7 @@ pub struct Shared {
     /// Vertical field of view in degrees, with --look-from [default: 60].
     #[arg(long, value_name = "DEG", requires = "look_from", value_parser = parse_angle)]
     pub fov: Option<f64>,
-    /// Draw an intermediate value instead of light.
+    /// Draw an intermediate value instead of light, with a legend below the picture.
     #[arg(long, value_enum)]
     pub debug_view: Option<DebugViewArg>,
 }
@@ -128,6 +152,9 @@ pub struct Render {
     /// Add depth, position, normal, base colour and emission layers to an EXR.
     #[arg(long)]
     pub layers: bool,
+    /// Count light lists against the f64 oracle.
+    #[arg(long)]
+    pub counters: bool,
     /// Run under validation, synchronization validation and our own checker; any message fails the run.
     #[arg(long)]
     pub validate: bool,
@@ -222,25 +249,43 @@ pub struct Bench {
     /// Which experiment.
     #[arg(value_enum)]
     pub name: BenchName,
-    /// Device or driver whose name contains this.
+    /// Device or driver whose name contains this; given more than once, the devices are measured side by side.
     #[arg(long, value_name = "SUBSTRING")]
-    pub driver: Option<String>,
-    /// Picture size in pixels.
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    pub size: (u32, u32),
+    pub driver: Vec<String>,
+    /// A .gltf or .glb file, or builtin:NAME[:key=value,...] [default: the experiment's own].
+    #[arg(long)]
+    pub scene: Option<String>,
+    /// Picture size in pixels, of `resolution` the largest [default: the experiment's own].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
     /// Reflection model.
     #[arg(long, value_enum, default_value = "gltf")]
     pub shading: ShadingArg,
-    /// Lights in the loop.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "16,64",
-        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    /// Numbers of lights; experiments that draw one number take the largest [default: the experiment's own].
+    #[arg(long, value_name = "N,...", value_delimiter = ',',
+        value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub lights: Vec<u32>,
-    /// Frames to time, interleaved.
-    #[arg(long, value_name = "N", default_value_t = 9)]
-    pub frames: u32,
-    /// Fewer frames.
+    /// Range of every light in metres, of `million` that of 4,096 lights [default: the experiment's own].
+    #[arg(long, value_name = "R|inf", allow_hyphen_values = true)]
+    pub light_range: Option<f64>,
+    /// Seed of the scattered lights.
+    #[arg(long, visible_alias = "seed", value_name = "S", default_value_t = 1)]
+    pub light_seed: u64,
+    /// Camera path of `path` [default: one through the atrium].
+    #[arg(long, value_name = "FILE.json")]
+    pub path: Option<PathBuf>,
+    /// Most frames to time of each case, interleaved [default: 9, with --quick 3].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: Option<u32>,
+    /// Fewer cases and frames, smaller pictures.
     #[arg(long)]
     pub quick: bool,
+    /// Write the experiment's figures into this folder, as NAME.svg and NAME.png.
+    #[arg(long, value_name = "DIR")]
+    pub plot: Option<PathBuf>,
+    /// Write one page of all tables and figures into this folder, as index.html.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Write the machine form here, - for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -249,8 +294,24 @@ pub struct Bench {
 /// Experiments that have landed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BenchName {
+    /// All of them, one after the other.
+    All,
     /// Full-screen loop over N lights for each light fetch: the most that shading can reach on this driver.
     Ceiling,
+    /// Every technique over the number of lights.
+    Lights,
+    /// No depth pre-pass, one, and one with depth bounds.
+    Prepass,
+    /// Tile size, depth bounds and technique, with the times of depth reduction, list building and shading.
+    Tiles,
+    /// Every technique over the size of the picture.
+    Resolution,
+    /// Every technique seen by a person and from above.
+    Views,
+    /// Frames a second along a camera path.
+    Path,
+    /// Up to a million lights, as many of them in each pixel.
+    Million,
 }
 
 /// `--limits`.
@@ -269,8 +330,14 @@ pub enum TechniqueChoice {
     Auto,
     /// Every fragment loops over all lights: the definition of the picture.
     Forward,
+    /// Lights are added over a G-buffer, as --deferred-lights says.
+    Deferred,
+    /// Every pixel of a G-buffer loops over the lights of its screen tile.
+    TiledDeferred,
     /// Every fragment loops over the lights of its screen tile.
     TiledForward,
+    /// Every fragment loops over the lights of its cluster, a slice of its screen tile.
+    ClusteredForward,
     /// Rays in f64 on the CPU: the judge.
     Reference,
 }
@@ -322,6 +389,15 @@ pub enum DepthBoundsArg {
     Mask,
 }
 
+/// `--cluster-bounds`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ClusterBoundsArg {
+    /// Its tile and slice.
+    Implicit,
+    /// The box of its samples.
+    Explicit,
+}
+
 /// `--shading`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ShadingArg {
@@ -342,19 +418,6 @@ pub enum TonemapArg {
     Aces,
     /// Khronos PBR Neutral.
     Neutral,
-}
-
-/// `--debug-view`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DebugViewArg {
-    /// Base colour.
-    Albedo,
-    /// View-space normal.
-    Normals,
-    /// Distance in false colour.
-    Depth,
-    /// The depth buffer's own value.
-    DepthRaw,
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {

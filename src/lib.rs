@@ -91,6 +91,7 @@
 //! - [`renderer`]: the way through on a device; below it [`gpu`] owns Vulkan's objects, [`record`] writes commands and
 //!   [`submit`] runs them.
 //! - [The reference](mod@reference): the same picture by rays in f64.
+//! - [`lists`]: light lists as a device makes them, judged in f64 and counted.
 //! - [`measure`]: [`measure::metrics`] compares pictures, [`measure::times`] has medians, [`measure::exposure`] and
 //!   [`measure::file`] lead to a PNG or an EXR.
 //! - [`checks`]: the hard cases that `lampyris check` prints, to be run on any device.
@@ -112,6 +113,7 @@ pub mod commands;
 pub mod error;
 pub mod gpu;
 pub mod graph;
+pub mod lists;
 pub mod math;
 pub mod measure;
 pub mod passes;

@@ -15,13 +15,15 @@ use crate::graph::hazard::{self, Barrier};
 use crate::graph::log::Event;
 use crate::graph::program::Program;
 use crate::graph::{Graph, Work};
+use crate::math::icosphere;
 use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
-use crate::passes::{self, Frame};
-use crate::plan::{Limits, Plan};
+use crate::passes::{self, Frame, SceneHandles};
+use crate::plan::gbuffer::depth_terms;
+use crate::plan::{Deferred, Limits, Plan};
 use crate::record::Recorder;
 use crate::record::upload::Uploader;
-use crate::scene::{Scene, mips};
+use crate::scene::{LightKind, Scene, mips};
 use crate::shared;
 use crate::submit::Queue;
 
@@ -69,6 +71,7 @@ impl Renderer {
             sub_pixel_bits: limits.sub_pixel_precision_bits,
             max_color_attachments: limits.max_color_attachments,
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+            float_blend: facts.float_blend,
         }
     }
 
@@ -149,17 +152,12 @@ fn programs(work: &Work) -> Vec<(&'static Program, usize)> {
     }
 }
 
-fn upload(
-    device: &Arc<Device>,
-    queue: &mut Queue,
-    realized: &Realized,
-    frame: &Frame,
-    scene: &Scene,
-    plan: &Plan,
-) -> Result<()> {
-    let mut uploader = Uploader::new(device);
-    let handles = &frame.scene;
-    let constants = shared::Frame {
+fn frame_constants(plan: &Plan) -> shared::Frame {
+    let first_pixel = plan.view.image_point(0.0, 0.0);
+    let pixel = plan.view.image_point(1.0, 1.0) - first_pixel;
+    let [depth_offset, depth_scale] = depth_terms(&plan.view);
+    let directional = plan.lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count();
+    shared::Frame {
         view_to_clip: plan.view.view_to_clip().as_mat4().to_cols_array_2d(),
         ambient: plan.lighting.ambient.to_array(),
         light_count: plan.lights.count,
@@ -171,8 +169,48 @@ fn upload(
         perspective: if plan.view.lens.is_perspective() { 1.0 } else { 0.0 },
         light_seek_limit: plan.lights.seek_limit,
         light_remainder_step: plan.lights.remainder_step,
-    };
-    uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&constants))?;
+        image_scale: pixel.as_vec2().to_array(),
+        image_offset: first_pixel.as_vec2().to_array(),
+        depth_offset,
+        depth_scale,
+        directional_count: directional as u32,
+    }
+}
+
+/// What light volumes and markers are drawn from, and what stands in for codes of normals.
+fn upload_shapes(
+    uploader: &mut Uploader,
+    queue: &mut Queue,
+    realized: &Realized,
+    handles: &SceneHandles,
+    plan: &Plan,
+) -> Result<()> {
+    if let Some(corners) = handles.corners {
+        uploader.buffer(queue, realized.buffer(corners), cast_slice(&icosphere::corners()))?;
+    }
+    if let (Some(handle), Some(volumes)) = (handles.light_volumes, plan.deferred.as_ref().and_then(Deferred::volumes)) {
+        uploader.buffer(queue, realized.buffer(handle), cast_slice(&volumes.volumes))?;
+    }
+    if let Some(markers) = handles.light_markers {
+        uploader.buffer(queue, realized.buffer(markers), cast_slice(&plan.markers))?;
+    }
+    if let Some(no_normals) = handles.no_normals {
+        uploader.image(queue, realized.image(no_normals), &[(1, 1, &[0; 4])])?;
+    }
+    Ok(())
+}
+
+fn upload(
+    device: &Arc<Device>,
+    queue: &mut Queue,
+    realized: &Realized,
+    frame: &Frame,
+    scene: &Scene,
+    plan: &Plan,
+) -> Result<()> {
+    let mut uploader = Uploader::new(device);
+    let handles = &frame.scene;
+    uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&frame_constants(plan)))?;
     uploader.buffer(queue, realized.buffer(handles.instances), cast_slice(&plan.geometry.instances))?;
     uploader.buffer(queue, realized.buffer(handles.materials), cast_slice(&plan.materials.data))?;
     uploader.buffer(queue, realized.buffer(handles.lights), cast_slice(&plan.lights.texels))?;
@@ -184,6 +222,11 @@ fn upload(
         uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
         uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
     }
+    if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
+        uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
+        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slices))?;
+    }
+    upload_shapes(&mut uploader, queue, realized, handles, plan)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {
         let image = &scene.images[key.image];
         if mipmapped {

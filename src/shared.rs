@@ -88,6 +88,16 @@ pub struct Frame {
     pub light_seek_limit: f32,
     /// Metres a step of the packed remainders of light positions; a power of two.
     pub light_remainder_step: f32,
+    /// Point of the image plane under the centre of the pixel in column x and row y: `image_scale * (x, y) + image_offset`.
+    pub image_scale: Vec2,
+    /// See `image_scale`.
+    pub image_offset: Vec2,
+    /// From stored depth to distance, as in `TileGrid`.
+    pub depth_offset: f32,
+    /// See `depth_offset`.
+    pub depth_scale: f32,
+    /// Directional lights; they come first in the table.
+    pub directional_count: u32,
 }
 
 /// One instance of a mesh.
@@ -225,6 +235,42 @@ pub struct TileGrid {
     pub far: f32,
 }
 
+/// Value of GBUFFER: few bytes, the position comes from depth.
+pub const GBUFFER_COMPACT: u32 = 0;
+/// 32-bit floats throughout.
+pub const GBUFFER_FAT: u32 = 1;
+/// Largest number that a 16-bit float holds.
+pub const MAX_HALF: f32 = 65504.0;
+
+/// Corners of the triangles of math/icosphere.rs.
+pub const ICOSPHERE_CORNERS: u32 = 240;
+/// What light volumes lose of a perspective depth (plan/light_volumes.rs): 2^-19.
+pub const VOLUME_DEPTH_SLACK: f32 = 1.907_348_6e-6;
+/// What they lose of an orthographic depth: 2^-16.
+pub const VOLUME_LINEAR_SLACK: f32 = 1.525_878_9e-5;
+
+/// Where one light is added to the picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LightVolume {
+    /// A volume: centre in view space and radius of its inscribed sphere. A rectangle: left, top, right, bottom in clip space.
+    pub place: Vec4,
+    /// Index into the light table.
+    pub light: u32,
+}
+
+/// A sphere that shows where a light is.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct LightMarker {
+    /// View space.
+    pub center: Vec3,
+    /// Metres.
+    pub radius: f32,
+    /// Radiance.
+    pub color: Vec3,
+}
+
 /// Items that one thread of a scan walks through.
 pub const SCAN_RUN: u32 = 64;
 /// Keys that one thread of a radix sort walks through.
@@ -276,4 +322,149 @@ pub struct RadixPush {
     pub shift: u32,
     /// Bits of the digit that matter.
     pub mask: u32,
+}
+
+/// Children of a node of the light hierarchy.
+pub const TREE_WIDTH: u32 = 8;
+/// log2 of `TREE_WIDTH`.
+pub const TREE_SHIFT: u32 = 3;
+/// Most levels below a root. A walk below one root visits at most 37,449 nodes: some drivers leave a shader's loops after 65,535
+/// iterations.
+pub const TREE_HEIGHT: u32 = 5;
+/// Bit 3 j for each depth j below `TREE_HEIGHT`: its low 3 d bits are (8^d - 1) / 7, the nodes of one root above depth d.
+pub const TREE_ABOVE: u32 = 0x1249;
+/// Texels ahead of a tree's entries: one of `everywhere_count`, lights below roots, `height` and `root_count`.
+pub const TREE_HEADER_TEXELS: u32 = 1;
+/// RGBA32F texels an entry: low corner of its box and the light's index among those that are culled (0 for a node), high corner and the
+/// number of lights in it.
+pub const TREE_ENTRY_TEXELS: u32 = 2;
+/// Bits of a light's key.
+pub const TREE_KEY_BITS: u32 = 31;
+/// Cells along each axis of the box of centres; a cell's Morton code has 30 bits.
+pub const TREE_CELLS: u32 = 1024;
+/// Key of the lights that every walk tests, ahead of all others.
+pub const TREE_KEY_EVERYWHERE: u32 = 0;
+/// Bit that stands above the Morton code of the other lights.
+pub const TREE_KEY_CENTER: u32 = 0x4000_0000;
+/// Key of lights that no tile sees, behind all others.
+pub const TREE_KEY_EMPTY: u32 = 0x7fff_ffff;
+/// Low corner of an empty box; its high corner is the negative.
+pub const TREE_EMPTY: f32 = 3.4028234e38;
+/// What a step of a walk gives where it has met no light.
+pub const TREE_NO_LIGHT: u32 = 0xffff_ffff;
+
+/// A light hierarchy: first the lights that every walk tests, then level by level from the roots down to the lights. All levels but
+/// the last are filled up with empty boxes, so that depth d has `root_count` * 8^d entries.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct TreeShape {
+    /// Low corner of the box of centres, view space, metres.
+    pub low: Vec3,
+    /// Cells a metre.
+    pub scale: f32,
+    /// Lights of a larger radius (metres) are tested by every walk.
+    pub radius_limit: f32,
+    /// Culled lights.
+    pub light_count: u32,
+    /// Lights that every walk tests.
+    pub everywhere_count: u32,
+    /// Levels below the roots, at most `TREE_HEIGHT`.
+    pub height: u32,
+    /// Roots, as many as it takes.
+    pub root_count: u32,
+    /// Entry of the first light below the roots.
+    pub leaf_first: u32,
+}
+
+/// One level of a light hierarchy that is made from the one below it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct TreeLevel {
+    /// Entry of its first node.
+    pub first: u32,
+    /// Nodes, those that fill it up included.
+    pub count: u32,
+    /// Entry of the first child.
+    pub child_first: u32,
+    /// Children of all nodes.
+    pub child_count: u32,
+}
+
+/// Sizes of the boxes that ask a light hierarchy in a check: a point, then cubes of 1, 2, 4 .. 1,024 steps.
+pub const TREE_QUERY_SIZES: u32 = 12;
+
+/// Boxes that ask a light hierarchy in a check: their low corners lie between `low` and `TREE_CELLS` steps beyond.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct TreeQuery {
+    /// Metres, view space.
+    pub low: Vec3,
+    /// Metres.
+    pub step: f32,
+    /// Boxes.
+    pub query_count: u32,
+}
+
+/// Entries of a list that one thread of `list_sort` sorts.
+pub const LIST_SORT_RUN: u32 = 2048;
+/// Entries up to which it sorts by insertion.
+pub const LIST_INSERTION: u32 = 32;
+
+/// What the passes that sort lists are told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ListSortPush {
+    /// Lists.
+    pub list_count: u32,
+    /// List l begins at offset `l * stride` and ends where the next one begins.
+    pub stride: u32,
+    /// Entries of each sorted run that is merged with its neighbour.
+    pub width: u32,
+    /// Lists up to this length stay where they are.
+    pub sorted: u32,
+}
+
+/// Value of ASSIGN: a cluster's candidates are the list of its tile.
+pub const ASSIGN_TILE: u32 = 0;
+/// Cluster of a sample that shows the sky.
+pub const NO_CLUSTER: u32 = 0xffff_ffff;
+/// Words of a cluster's box: low and high distance, low and high across, low and high up, metres.
+pub const BOX_WORDS: u32 = 6;
+/// Clusters in a row of the image that assignment reads.
+pub const CELLS_WIDE: u32 = 2048;
+/// Texels of each.
+pub const CELL_TEXELS: u32 = 2;
+/// Depths that a check asks for round each boundary of slices.
+pub const PROBE_DEPTHS: u32 = 513;
+
+/// How tiles are cut into slices, blocks of samples, and how many clusters there is room for.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ClusterGrid {
+    /// Slices, at least one; the last is unbounded.
+    pub slices: u32,
+    /// Perspective: bits of the largest depth + depth_scale, where the first slice begins.
+    pub slice_top: u32,
+    /// Perspective: a slice is 2^slice_shift of these bits.
+    pub slice_shift: u32,
+    /// Orthographic: slices from depth 1 to depth 0; 0 where there is one.
+    pub slice_scale: f32,
+    /// Bits of a slice in a key.
+    pub slice_bits: u32,
+    /// Pixels along each side of a block.
+    pub block: u32,
+    /// Blocks along each side of a tile.
+    pub tile_parts: u32,
+    /// Blocks of all tiles.
+    pub block_count: u32,
+    /// Keys that a block has room for.
+    pub block_keys: u32,
+    /// Keys that all blocks may have together.
+    pub entry_capacity: u32,
+    /// Clusters that there may be.
+    pub capacity: u32,
+    /// Left edge of column 0, metres a column, and what rounding may take from an edge; at distance 1 for a perspective lens.
+    pub pixel_x: Vec3,
+    /// The same from the upper edge of row 0 downwards.
+    pub pixel_y: Vec3,
 }

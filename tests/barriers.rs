@@ -5,20 +5,24 @@ use std::path::PathBuf;
 
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
-use lampyris::plan::{DebugView, Limits, Plan, Request, Technique};
+use lampyris::plan::{DebugView, DeferredLights, Limits, Plan, Request, Technique};
 use lampyris::scene::builtin;
 
 fn golden(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/barriers").join(format!("{name}.txt"))
 }
 
-fn frame(request: &Request) -> Frame {
+fn frame(request: &Request, limits: &Limits) -> Frame {
     let scene = builtin::load("cornell").expect("a built-in scene");
-    passes::frame(&Plan::new(&scene, request, &Limits::MINIMUM).expect("a plan"))
+    passes::frame(&Plan::new(&scene, request, limits).expect("a plan"))
 }
 
 fn compare(name: &str, request: &Request) {
-    let frame = frame(request);
+    compare_with(name, request, &Limits::MINIMUM);
+}
+
+fn compare_with(name: &str, request: &Request, limits: &Limits) {
+    let frame = frame(request, limits);
     let barriers = hazard::derive(&frame.graph);
     let found = checker::check(&frame.graph, &log::declared(&frame.graph, &barriers, 3));
     assert!(found.is_empty(), "{name}: {found:#?}");
@@ -50,6 +54,41 @@ fn forward_without_prepass() {
 #[test]
 fn tiled_forward() {
     compare("tiled_forward", &Request { technique: Technique::TiledForward, ..Request::default() });
+}
+
+#[test]
+fn deferred_volumes() {
+    let limits = Limits { float_blend: true, ..Limits::MINIMUM };
+    compare_with("deferred_volumes", &Request { technique: Technique::Deferred, ..Request::default() }, &limits);
+}
+
+#[test]
+fn deferred_fullscreen() {
+    let deferred_lights = DeferredLights::Fullscreen;
+    let request = Request { technique: Technique::Deferred, deferred_lights, ..Request::default() };
+    compare("deferred_fullscreen", &request);
+}
+
+#[test]
+fn tiled_deferred() {
+    compare("tiled_deferred", &Request { technique: Technique::TiledDeferred, ..Request::default() });
+}
+
+#[test]
+fn clustered_forward() {
+    compare("clustered_forward", &Request { technique: Technique::ClusteredForward, ..Request::default() });
+}
+
+#[test]
+fn clustered_forward_of_merged_blocks() {
+    let request = Request { technique: Technique::ClusteredForward, tile: 32, ..Request::default() };
+    compare("clustered_forward_merged", &request);
+}
+
+#[test]
+fn clustered_forward_without_prepass() {
+    let request = Request { technique: Technique::ClusteredForward, prepass: false, ..Request::default() };
+    compare("clustered_forward_no_prepass", &request);
 }
 
 #[test]

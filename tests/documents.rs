@@ -21,7 +21,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn document(name: &str) -> String {
+pub fn document(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
@@ -51,7 +51,7 @@ fn table<'a>(text: &'a str, heading: &str) -> Vec<&'a str> {
 }
 
 /// The first span of each row of a table.
-fn first_column<'a>(text: &'a str, heading: &str) -> Vec<&'a str> {
+pub fn first_column<'a>(text: &'a str, heading: &str) -> Vec<&'a str> {
     let found: Vec<_> = table(text, heading).into_iter().filter_map(|row| row.split('`').nth(1)).collect();
     assert!(!found.is_empty(), "there is no table under {heading}");
     found

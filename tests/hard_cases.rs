@@ -35,6 +35,21 @@ fn t11_depths_of_positions() {
 }
 
 #[test]
+fn c1_c4_slices_on_the_device() {
+    run("cluster_slices");
+}
+
+#[test]
+fn c2_c3_c5_c6_c8_clusters() {
+    run("cluster_cases");
+}
+
+#[test]
+fn clusters_waste_less_than_tiles() {
+    run("cluster_waste");
+}
+
+#[test]
 fn c7_sort_is_stable_and_equals_the_cpus() {
     run("sort");
 }

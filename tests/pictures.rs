@@ -1,12 +1,15 @@
 //! The device against itself and against f64, by the rows that `check` prints.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
+use glam::DVec3;
 use lampyris::checks;
-use lampyris::plan::Request;
+use lampyris::lists::{self, Counters};
+use lampyris::plan::{CameraChoice, CullTest, Plan, Request, Technique};
 use lampyris::scene::gltf;
 
-use crate::support::{gpu, run};
+use crate::support::{gpu, lights_beside_the_eye, run};
 
 #[test]
 fn shared_structs_lie_alike_on_both_sides() {
@@ -36,6 +39,66 @@ fn tiled_forward_equals_forward() {
 #[test]
 fn light_lists_equal_their_twin_and_miss_nothing() {
     run("tile_lists");
+}
+
+#[test]
+fn the_textbooks_rectangles_miss_lights_and_tangents_none() {
+    let Some(gpu) = gpu() else { return };
+    let scene = lights_beside_the_eye();
+    let counted = |technique, cull| {
+        let camera = CameraChoice::LookAt(DVec3::ZERO, DVec3::NEG_Z, FRAC_PI_2);
+        let request = Request { width: 96, height: 96, technique, cull, camera, ..Request::default() };
+        let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
+        let made = lists::make(&gpu, &scene, &plan).expect("lists");
+        assert!(made.violations.is_empty(), "{:#?}", made.violations);
+        let counters = Counters::new(&made.cells, &made.judge(&plan), lists::directional(&plan));
+        println!("{} {}: {counters:?}", technique.name(), cull.name());
+        counters
+    };
+    let textbook = counted(Technique::TiledForward, CullTest::BoundsTextbook);
+    let tangents = counted(Technique::TiledForward, CullTest::Bounds);
+    let forward = counted(Technique::Forward, CullTest::Bounds);
+    assert!(textbook.missed_pairs > 1000, "{textbook:?}");
+    assert_eq!((tangents.missed_pairs, forward.missed_pairs), (0, 0));
+    assert_eq!((tangents.exact_pairs, forward.exact_pairs), (textbook.exact_pairs, textbook.exact_pairs));
+    assert_eq!((forward.light_pairs, forward.longest_list, forward.light_evaluations), (64, 64, 64 * 96 * 96));
+    assert!(tangents.light_evaluations < forward.light_evaluations && tangents.light_pairs > forward.light_pairs);
+    assert_eq!(textbook.lists_overflowed + tangents.lists_overflowed + forward.lists_overflowed, 0);
+}
+
+#[test]
+fn clustered_forward_equals_forward() {
+    run("clustered");
+}
+
+#[test]
+fn clusters_equal_their_twin_and_miss_nothing() {
+    run("cluster_lists");
+}
+
+#[test]
+fn deferred_techniques_agree() {
+    run("deferred");
+}
+
+#[test]
+fn light_markers_are_the_same_everywhere() {
+    run("markers");
+}
+
+#[test]
+fn l7_light_volumes_wherever_the_eye_is() {
+    run("volumes");
+}
+
+#[test]
+fn light_tree_equals_its_twin() {
+    run("light_tree");
+}
+
+#[test]
+fn lists_are_sorted_as_the_twin_sorts_them() {
+    run("list_sort");
 }
 
 #[test]

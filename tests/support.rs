@@ -1,13 +1,17 @@
 //! A device under validation and synchronization validation for every test; a test that cannot have one says so, and fails
 //! where `LAMPYRIS_REQUIRE_GPU=1`.
 
+use std::f64::consts::TAU;
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
+use glam::DVec3;
 use lampyris::checks;
 use lampyris::gpu::Options;
 use lampyris::gpu::instance::Messages;
+use lampyris::math::random::Random;
 use lampyris::renderer::Renderer;
+use lampyris::scene::{Light, LightKind, Scene, builtin};
 
 /// Drivers draw one picture at a time here: two cores gain nothing from more.
 static TURN: OnceLock<Mutex<()>> = OnceLock::new();
@@ -63,4 +67,28 @@ pub fn run(name: &str) {
     }
     let failed: Vec<_> = rows.iter().filter(|r| !r.passed).collect();
     assert!(failed.is_empty(), "{failed:#?}");
+}
+
+/// A room with 64 lights beside an eye in its middle that looks along -Z. Each is 3e-4 of its range ahead, so the textbook's rectangle,
+/// which divides by that, loses some of those that reach the wall in front.
+pub fn lights_beside_the_eye() -> Scene {
+    let mut scene = builtin::load("furnace").expect("a built-in scene");
+    let mut random = Random::new(1);
+    let light = |index: usize| {
+        let range = random.range(2.5, 5.0) as f32;
+        let radius = f64::from(range);
+        let (sine, cosine) = random.range(0.0, TAU).sin_cos();
+        let aside = radius * random.range(1.01, 1.3);
+        Light {
+            name: format!("light {index}"),
+            kind: LightKind::Point,
+            color: [1.0; 3],
+            intensity: 1.0,
+            position: DVec3::new(aside * cosine, aside * sine, -3e-4 * radius),
+            direction: DVec3::NEG_Z,
+            range: Some(range),
+        }
+    };
+    scene.lights = (0..64).map(light).collect();
+    scene
 }

@@ -1,6 +1,7 @@
 //! Writes the Rust module of each shader program: SPIR-V, typed bindings, specialization constants, group size, and the
 //! proofs that shared structs lie at the same offsets on both sides.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::reflect::{Kind, Module, SpecConstant};
@@ -204,4 +205,11 @@ pub fn program(out: &mut String, program: &Program, shared: &[Shared]) {
     spec_struct(out, &merged_specs(program));
     layout_proofs(out, program, shared);
     writeln!(out, "}}").unwrap();
+}
+
+/// A list of every program, by folder and stem.
+pub fn list(folders: &BTreeMap<String, BTreeMap<String, Program>>) -> String {
+    let paths = folders.iter().flat_map(|(folder, programs)| programs.keys().map(move |stem| (folder, stem)));
+    let entries: String = paths.map(|(folder, stem)| format!("    &{folder}::{stem}::PROGRAM,\n")).collect();
+    format!("/// Every program.\npub static ALL: &[&crate::graph::program::Program] = &[\n{entries}];\n")
 }

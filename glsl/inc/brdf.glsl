@@ -46,11 +46,22 @@ struct Lobes {
     float view_term;
 };
 
+// What a surface sends out without any light of the table.
+vec3 unlit_radiance(Surface s) {
+    precise vec3 sum = frame.data.ambient * s.occlusion * s.base_color + s.emissive;
+    return sum;
+}
+
+// Reflectance at normal incidence.
+vec3 specular_color(Surface s) {
+    precise vec3 f0 = mix(vec3(0.04), s.base_color, s.metallic);
+    return f0;
+}
+
 // What does not depend on the light.
 Lobes make_lobes(Surface s, vec3 v) {
     Lobes lobes;
-    precise vec3 f0 = mix(vec3(0.04), s.base_color, s.metallic);
-    lobes.specular = f0;
+    lobes.specular = specular_color(s);
     precise float alpha = s.roughness * s.roughness;
     lobes.alpha2 = alpha * alpha;
     if (SHADING == SHADING_GLTF) {

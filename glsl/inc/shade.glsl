@@ -53,12 +53,6 @@ vec3 view_direction(Surface s) {
     return v;
 }
 
-// What a surface sends out without any light of the table.
-vec3 unlit_radiance(Surface s) {
-    precise vec3 sum = frame.data.ambient * s.occlusion * s.base_color + s.emissive;
-    return sum;
-}
-
 vec3 shade_all_lights(Surface s) {
     if (s.unlit) {
         return min(s.base_color, MAX_RADIANCE);

@@ -24,6 +24,11 @@ void put(uint x) {
     put(uintBitsToFloat(x));
 }
 
+void put(vec2 v) {
+    put(v.x);
+    put(v.y);
+}
+
 void put(vec3 v) {
     put(v.x);
     put(v.y);
@@ -51,6 +56,11 @@ void main() {
         put(structs.frame[i].perspective);
         put(structs.frame[i].light_seek_limit);
         put(structs.frame[i].light_remainder_step);
+        put(structs.frame[i].image_scale);
+        put(structs.frame[i].image_offset);
+        put(structs.frame[i].depth_offset);
+        put(structs.frame[i].depth_scale);
+        put(structs.frame[i].directional_count);
     }
     for (uint i = 0u; i < 2u; ++i) {
         put(structs.instances[i].object_to_view_x);

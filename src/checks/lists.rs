@@ -3,11 +3,11 @@
 
 use super::Row;
 use crate::error::{Error, Result};
+use crate::lists::{self, Made};
 use crate::measure::picture::Picture;
 use crate::passes;
 use crate::plan::{CullTest, DepthBounds, Plan, Request, Technique};
 use crate::reference::depth_reduce::{self, TileBounds};
-use crate::reference::light_pairs::{self, Oracle, PairCounts};
 use crate::reference::tile_cull::{self, Lists};
 use crate::renderer::Renderer;
 use crate::scene::lighting::{LightRules, RangeRule};
@@ -94,35 +94,9 @@ pub fn tiled(renderer: &Renderer) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What the device made of one request.
-pub(in crate::checks) struct Made {
-    pub(in crate::checks) plan: Plan,
-    pub(in crate::checks) depth: Vec<f32>,
-    /// As stored; empty where nothing is known of depths.
-    pub(in crate::checks) bounds: Vec<[u32; 4]>,
-    /// Lists as the twin has them: an offset a tile.
-    pub(in crate::checks) lists: Lists,
-    violations: usize,
-}
-
-pub(in crate::checks) fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
-    let plan = Plan::new(scene, request, &renderer.limits())?;
-    let frame = passes::list_frame(&plan).ok_or_else(|| Error::new("this technique makes no lists"))?;
-    let mut prepared = renderer.prepare_frame(scene, &plan, frame)?;
-    prepared.draw(2)?;
-    let (picture, violations) = prepared.finish()?;
-    let chunks = plan.tiles.as_ref().map_or(1, |t| t.grid.list_chunks) as usize;
-    let offsets: Vec<u32> = words(&picture, "list_offsets").into_iter().step_by(chunks).collect();
-    let mut lights = words(&picture, "list_lights");
-    lights.truncate(offsets.last().map_or(0, |&o| o as usize));
-    let bounds = words(&picture, "tile_bounds").chunks_exact(4).map(|w| [w[0], w[1], w[2], w[3]]).collect();
-    let depth = picture.layer("depth").unwrap_or(&[]).to_vec();
-    Ok(Made { plan, depth, bounds, lists: Lists { offsets, lights }, violations: violations.len() })
-}
-
 /// What the twin makes of the depth that was read back: bounds, and lists from the device's bounds.
-pub(in crate::checks) fn twin(made: &Made) -> (Vec<[u32; 4]>, Lists) {
-    let Some(tiles) = &made.plan.tiles else { return (Vec::new(), Lists::default()) };
+fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, Lists) {
+    let Some(tiles) = &plan.tiles else { return (Vec::new(), Lists::default()) };
     let slots = (tiles.bounds == DepthBounds::Mask).then_some(tiles.slots);
     let bounds = match tiles.bounds {
         DepthBounds::Off => Vec::new(),
@@ -141,18 +115,32 @@ pub(in crate::checks) fn twin(made: &Made) -> (Vec<[u32; 4]>, Lists) {
     (bounds.iter().map(TileBounds::words).collect(), tile_cull::run(&inputs))
 }
 
-/// Judges lists by the f64 oracle.
-pub(in crate::checks) fn judged(made: &Made) -> PairCounts {
-    let Some(tiles) = &made.plan.tiles else { return PairCounts::default() };
-    let grid = &tiles.grid;
-    let tile_of = |pixel: u32| {
-        let (x, y) = (pixel % grid.width, pixel / grid.width);
-        y / tiles.tile * grid.columns + x / tiles.tile
-    };
-    let cells: Vec<u32> = (0..grid.width * grid.height).map(tile_of).collect();
-    let lists = light_pairs::Lists { cell_of_sample: &cells, offsets: &made.lists.offsets, lights: &made.lists.lights };
-    let lights: Vec<_> = made.plan.lighting.in_table_order().cloned().collect();
-    Oracle::new(&lights, &made.plan.view).count(&made.depth, &lists)
+fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<(Plan, Made)> {
+    let plan = Plan::new(scene, request, &renderer.limits())?;
+    let made = lists::make(renderer, scene, &plan)?;
+    Ok((plan, made))
+}
+
+/// How the device's lists of one request compare.
+pub(in crate::checks) struct Verdict {
+    /// Buffers that are not the twin's, and barriers that are not proved.
+    pub(in crate::checks) wrong: usize,
+    /// Pairs that the oracle misses, or that are out of order or of no light.
+    pub(in crate::checks) missed: usize,
+    /// Pairs of cell and light.
+    pub(in crate::checks) pairs: usize,
+}
+
+pub(in crate::checks) fn verdict(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Verdict> {
+    let (plan, made) = make(renderer, scene, request)?;
+    let (bounds, lists) = twin(&plan, &made);
+    let differ = lists.offsets != made.cells.offsets || lists.lights != made.cells.lights;
+    let counts = made.judge(&plan);
+    Ok(Verdict {
+        wrong: usize::from(bounds != made.bounds) + usize::from(differ) + made.violations.len(),
+        missed: (counts.missed_pairs + counts.unordered + counts.foreign + made.cells.overflowed()) as usize,
+        pairs: made.cells.lights.len(),
+    })
 }
 
 /// Lists and bounds equal their twin to the bit, and the oracle misses no light.
@@ -162,13 +150,9 @@ pub fn tile_lists(renderer: &Renderer) -> Result<Vec<Row>> {
     for (name, scene) in scenes {
         let scene = scene?;
         for (variant, request) in variants().into_iter().filter(|v| v.1.prepass) {
-            let made = make(renderer, &scene, &request)?;
-            let (bounds, lists) = twin(&made);
-            let wrong = usize::from(bounds != made.bounds) + usize::from(lists != made.lists) + made.violations;
-            rows.push(Row::none(format!("lists = twin, {name}, {variant}"), wrong, "buffers that differ"));
-            let counts = judged(&made);
-            let wrong = counts.missed_pairs + counts.unordered + counts.foreign;
-            rows.push(Row::none(format!("lists miss nothing, {name}, {variant}"), wrong as usize, "pairs"));
+            let found = verdict(renderer, &scene, &request)?;
+            rows.push(Row::none(format!("lists = twin, {name}, {variant}"), found.wrong, "buffers that differ"));
+            rows.push(Row::none(format!("lists miss nothing, {name}, {variant}"), found.missed, "pairs"));
         }
     }
     Ok(rows)
@@ -181,7 +165,8 @@ pub fn tile_waste(renderer: &Renderer) -> Result<Vec<Row>> {
     let base = Request { width: 320, height: 180, rules, ..request(Technique::TiledForward) };
     let waste = |cull, bounds| -> Result<f64> {
         let request = Request { cull, depth_bounds: Some(bounds), ..base.clone() };
-        Ok(judged(&make(renderer, &scene, &request)?).waste_samples())
+        let (plan, made) = make(renderer, &scene, &request)?;
+        Ok(made.judge(&plan).waste_samples())
     };
     let box_mask = waste(CullTest::FrustumAabb, DepthBounds::Mask)?;
     let box_bounds = waste(CullTest::FrustumAabb, DepthBounds::MinMax)?;

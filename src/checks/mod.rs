@@ -1,9 +1,13 @@
 //! Hard cases and equalities as rows that anyone can run on their driver: `check` prints them, tests assert them.
 
+mod clusters;
+mod deferred;
 mod equalities;
 mod hard;
 mod judge;
 mod layout;
+mod light_tree;
+mod list_sort;
 mod lists;
 mod oracle;
 mod prims;
@@ -56,6 +60,16 @@ pub const ALL: &[(&str, Check)] = &[
     ("tiled", lists::tiled),
     ("tile_lists", lists::tile_lists),
     ("tile_waste", lists::tile_waste),
+    ("clustered", clusters::clustered),
+    ("cluster_lists", clusters::cluster_lists),
+    ("cluster_waste", clusters::cluster_waste),
+    ("cluster_slices", clusters::cluster_slices),
+    ("cluster_cases", clusters::cluster_cases),
+    ("deferred", deferred::deferred),
+    ("markers", deferred::markers),
+    ("volumes", deferred::volumes),
+    ("light_tree", light_tree::light_tree),
+    ("list_sort", list_sort::list_sort),
     ("shading", oracle::shading),
     ("picture", oracle::picture),
     ("samplers", textured::samplers),

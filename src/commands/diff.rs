@@ -7,7 +7,7 @@ use serde_json::json;
 use super::report;
 use crate::cli::Diff;
 use crate::error::{Error, Result};
-use crate::measure::exposure::false_color;
+use crate::measure::color_map::viridis;
 use crate::measure::{file, metrics, read};
 
 /// Runs the command.
@@ -72,7 +72,7 @@ fn write_heat_map(path: &std::path::Path, a: &read::Loaded, b: &read::Loaded, mo
     let pixel = |(p, q): (&[f64; 4], &[f64; 4])| {
         let largest =
             (0..3).map(|i| (p[i] - q[i]).abs()).fold(0.0f64, |m, d| if d.is_nan() { f64::INFINITY } else { m.max(d) });
-        let [r, g, b] = if largest == 0.0 { [0; 3] } else { false_color(largest * scale) };
+        let [r, g, b] = if largest == 0.0 { [0; 3] } else { viridis(largest * scale) };
         [r, g, b, 255]
     };
     let bytes: Vec<u8> = a.rgba.iter().zip(&b.rgba).flat_map(pixel).collect();

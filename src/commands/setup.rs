@@ -5,10 +5,14 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::cli::{
-    CullArg, DebugViewArg, DepthBoundsArg, FetchArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
+    ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg, FetchArg, GbufferArg, LimitsChoice,
+    OnOff, ShadingArg, Shared, TechniqueChoice,
 };
 use crate::error::{Error, Result};
-use crate::plan::{CameraChoice, CullTest, DebugView, DepthBounds, FetchChoice, Limits, Request, Technique};
+use crate::plan::{
+    CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Limits,
+    Request, Technique,
+};
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
 use crate::scene::shading::Shading;
@@ -98,6 +102,18 @@ fn depth_bounds(shared: &Shared) -> Result<Option<DepthBounds>> {
     }
 }
 
+fn cluster_bounds(shared: &Shared) -> Result<Option<ClusterBounds>> {
+    match shared.cluster_bounds {
+        Some(ClusterBoundsArg::Explicit) if shared.prepass == OnOff::Off => {
+            Err(Error::usage("--cluster-bounds explicit needs the samples that --prepass off leaves out"))
+        }
+        bounds => Ok(bounds.map(|bounds| match bounds {
+            ClusterBoundsArg::Implicit => ClusterBounds::Implicit,
+            ClusterBoundsArg::Explicit => ClusterBounds::Explicit,
+        })),
+    }
+}
+
 /// The request that the options make.
 ///
 /// # Errors
@@ -118,7 +134,10 @@ pub fn request(shared: &Shared) -> Result<Request> {
         technique: match shared.technique {
             TechniqueChoice::Auto => Technique::Auto,
             TechniqueChoice::Forward => Technique::Forward,
+            TechniqueChoice::Deferred => Technique::Deferred,
+            TechniqueChoice::TiledDeferred => Technique::TiledDeferred,
             TechniqueChoice::TiledForward => Technique::TiledForward,
+            TechniqueChoice::ClusteredForward => Technique::ClusteredForward,
             TechniqueChoice::Reference => Technique::Reference,
         },
         prepass: shared.prepass == OnOff::On,
@@ -138,12 +157,33 @@ pub fn request(shared: &Shared) -> Result<Request> {
             CullArg::FrustumAabb => CullTest::FrustumAabb,
         },
         depth_bounds: depth_bounds(shared)?,
+        cluster_bounds: cluster_bounds(shared)?,
+        cluster_normals: shared.cluster_normals,
+        deferred_lights: match shared.deferred_lights {
+            DeferredLightsArg::Volumes => DeferredLights::Volumes,
+            DeferredLightsArg::Fullscreen => DeferredLights::Fullscreen,
+            DeferredLightsArg::FullscreenBranch => DeferredLights::FullscreenBranch,
+        },
+        gbuffer: match shared.gbuffer {
+            GbufferArg::Fat => GbufferLayout::Fat,
+            GbufferArg::Compact => GbufferLayout::Compact,
+        },
+        normal_bits: shared.normal_bits,
+        show_lights: shared.show_lights,
         camera,
         debug_view: shared.debug_view.map(|view| match view {
             DebugViewArg::Albedo => DebugView::Albedo,
             DebugViewArg::Normals => DebugView::Normals,
             DebugViewArg::Depth => DebugView::Depth,
             DebugViewArg::DepthRaw => DebugView::DepthRaw,
+            DebugViewArg::TileMin => DebugView::TileMin,
+            DebugViewArg::TileMax => DebugView::TileMax,
+            DebugViewArg::TileLights => DebugView::TileLights,
+            DebugViewArg::TileMask => DebugView::TileMask,
+            DebugViewArg::Quads => DebugView::Quads,
+            DebugViewArg::Missed => DebugView::Missed,
+            DebugViewArg::Waste => DebugView::Waste,
+            DebugViewArg::Lights => DebugView::Lights,
         }),
     })
 }

@@ -70,7 +70,7 @@ fn buffer_usage(access: Access) -> vk::BufferUsageFlags {
 fn image_usage(access: Access) -> vk::ImageUsageFlags {
     use vk::ImageUsageFlags as U;
     match access {
-        Access::ComputeSampled | Access::FragmentSampled => U::SAMPLED,
+        Access::ComputeSampled | Access::FragmentSampled | Access::FragmentDepthSampled => U::SAMPLED,
         Access::ColorAttachmentWrite | Access::ColorAttachmentReadWrite => U::COLOR_ATTACHMENT,
         Access::DepthAttachmentRead | Access::DepthAttachmentWrite => U::DEPTH_STENCIL_ATTACHMENT,
         Access::TransferRead => U::TRANSFER_SRC,

@@ -67,6 +67,8 @@ accesses! {
     FragmentTexel: S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::UNDEFINED;
     /// Image sampled in a fragment shader.
     FragmentSampled: S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL;
+    /// Depth sampled in a fragment shader, in the layout that serves a depth test as well.
+    FragmentDepthSampled: S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::DEPTH_READ_ONLY_OPTIMAL;
     /// Uniform buffer in vertex and fragment shader.
     GraphicsUniform: GRAPHICS, A::UNIFORM_READ, L::UNDEFINED;
     /// Storage buffer read in vertex and fragment shader.

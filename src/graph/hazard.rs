@@ -163,7 +163,7 @@ pub fn derive(graph: &Graph) -> Vec<Barrier> {
     prune(graph.frame_len(), graph.nodes.len(), derive_with_moments(graph))
 }
 
-/// A barrier for each hazard by itself, in the order of nodes: those of [`derive`], and the waits that it leaves out because
+/// A barrier for each hazard by itself, in the order of nodes: those of [`derive()`], and the waits that it leaves out because
 /// others bring them along.
 pub fn derive_each(graph: &Graph) -> Vec<Barrier> {
     derive_with_moments(graph).into_iter().map(|d| d.barrier).collect()

@@ -1,4 +1,5 @@
 //! Small mathematics that no crate has.
 pub mod cull;
+pub mod icosphere;
 pub mod random;
 pub mod srgb;

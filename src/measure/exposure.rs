@@ -81,16 +81,6 @@ pub fn display(pixels: &[[f32; 4]], ev: f64, tonemap: Tonemap) -> Vec<u8> {
     bytes
 }
 
-/// False colour from blue (0) over green to red (1), piecewise linear.
-pub fn false_color(t: f64) -> [u8; 3] {
-    const STOPS: [[f64; 3]; 5] =
-        [[0.19, 0.07, 0.23], [0.16, 0.47, 0.93], [0.27, 0.85, 0.45], [0.98, 0.77, 0.16], [0.73, 0.09, 0.03]];
-    let t = t.clamp(0.0, 1.0) * 4.0;
-    let i = (t as usize).min(3);
-    let f = t - i as f64;
-    [0, 1, 2].map(|k| ((STOPS[i][k] * (1.0 - f) + STOPS[i + 1][k] * f) * 255.0).round() as u8)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,6 @@
 //! Results: pictures, times, metrics, files and reports. Knows nothing upstream.
 
+pub mod color_map;
 pub mod exposure;
 pub mod file;
 pub mod html;

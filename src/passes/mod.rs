@@ -1,10 +1,23 @@
 //! One file an effect: each a function from handles to handles that adds nodes. [`frame`] reads as the frame's script.
 
 pub mod ceiling;
+pub mod cluster_assign;
+pub mod cluster_index;
+pub mod cluster_keys;
+pub mod cluster_lists;
+pub mod cluster_unique;
+pub mod clustered_forward;
+pub mod deferred_base;
+pub mod deferred_fullscreen;
 pub mod depth_prepass;
 pub mod depth_reduce;
 pub mod forward;
+pub mod gbuffer;
 pub mod layout_probe;
+pub mod light_markers;
+pub mod light_tree;
+pub mod light_volumes;
+pub mod list_sort;
 pub mod radix_sort;
 pub mod read_back;
 mod resources;
@@ -12,15 +25,18 @@ pub mod scan;
 pub mod surface;
 pub mod tile_bin;
 pub mod tile_cull;
+pub mod tiled_deferred;
 pub mod tiled_forward;
+pub mod unlit;
 
 use ash::vk;
 
 use crate::graph::program::Program;
 use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, ImageHandle, SamplerState, Work};
-use crate::plan::{DepthBounds, Plan, Tiles};
+use crate::plan::{Deferred, DepthBounds, LightPass, Plan, Tiles};
 
-pub use resources::{SceneHandles, TileHandles};
+pub use cluster_lists::cluster_frame;
+pub use resources::{ClusterHandles, SceneHandles, TileHandles};
 
 /// Depth format: 32-bit float, reversed.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -42,7 +58,7 @@ pub fn frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
-    let layers: Vec<(&'static str, ImageHandle)> = if plan.debug_view.is_some() {
+    let layers: Vec<(&'static str, ImageHandle)> = if plan.shows_surfaces() {
         surface::add(&mut graph, plan, &scene, depth).to_vec()
     } else {
         vec![("radiance", lit(&mut graph, plan, &scene, depth))]
@@ -52,21 +68,22 @@ pub fn frame(plan: &Plan) -> Frame {
     Frame { graph, scene, results }
 }
 
-/// The frame that makes light lists and leaves them, with the depths they were made from: for counting and judging.
-/// `None` where the technique has no lists.
-pub fn list_frame(plan: &Plan) -> Option<Frame> {
+/// The frame that leaves depths and, where the technique has them, the light lists made from them: for counting and judging.
+pub fn list_frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
-    let (tiles, handles) = (plan.tiles.as_ref()?, scene.tiles?);
     let depth = depth_prepass::add(&mut graph, plan, &scene);
-    let made = tile_lists(&mut graph, tiles, &handles, Some(depth));
+    let tiles = plan.tiles.as_ref().zip(scene.tiles.as_ref());
+    let made = tiles.map(|(tiles, handles)| tile_lists(&mut graph, tiles, handles, Some(depth)));
     graph.end_frame();
-    let mut images = vec![("depth", depth)];
-    images.extend(made.bounds.map(|bounds| ("tile_bounds", bounds)));
-    let buffers = [("bin_lights", made.bins.lights), ("bin_ranges", made.bins.ranges)];
-    let lists = [("list_offsets", made.lists.offsets), ("list_lights", made.lists.lights)];
-    let results = read_back::add_all(&mut graph, &images, &[buffers, lists].concat());
-    Some(Frame { graph, scene, results })
+    let (mut images, mut buffers) = (vec![("depth", depth)], Vec::new());
+    if let Some(made) = made {
+        images.extend(made.bounds.map(|bounds| ("tile_bounds", bounds)));
+        buffers.extend([("bin_lights", made.bins.lights), ("bin_ranges", made.bins.ranges)]);
+        buffers.extend([("list_offsets", made.lists.offsets), ("list_lights", made.lists.lights)]);
+    }
+    let results = read_back::add_all(&mut graph, &images, &buffers);
+    Frame { graph, scene, results }
 }
 
 /// Everything that list making leaves.
@@ -84,14 +101,55 @@ fn tile_lists(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, depth: Op
     MadeLists { bounds, bins, lists }
 }
 
-/// Lists and shading, as the technique has them; the radiance.
-fn lit(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, depth: Option<ImageHandle>) -> ImageHandle {
-    let (Some(tiles), Some(handles)) = (&plan.tiles, &scene.tiles) else {
-        return forward::add(graph, plan, scene, depth).radiance;
+/// Shading as the technique has it, and what is drawn over the picture; the radiance.
+fn lit(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<ImageHandle>) -> ImageHandle {
+    let clusters = cluster_lists::Parts::of(plan, scene);
+    let target = match (&plan.deferred, clusters, &plan.tiles, &scene.tiles) {
+        (Some(planned), ..) => deferred(graph, plan, planned, scene, prepass),
+        (None, Some(parts), ..) => {
+            let made = cluster_lists::add(graph, &parts, prepass);
+            clustered_forward::add(graph, plan, scene, &clustered_forward::Inputs { parts, made, prepass })
+        }
+        (None, None, Some(tiles), Some(handles)) => {
+            let lists = tile_lists(graph, tiles, handles, prepass).lists;
+            tiled_forward::add(graph, plan, scene, &tiled_forward::Inputs { tiles, handles, lists, prepass })
+        }
+        _ => forward::add(graph, plan, scene, prepass),
     };
-    let lists = tile_lists(graph, tiles, handles, depth).lists;
-    let inputs = tiled_forward::Inputs { tiles, handles, lists, prepass: depth };
-    tiled_forward::add(graph, plan, scene, &inputs)
+    light_markers::add(graph, plan, scene, &target);
+    target.radiance
+}
+
+/// G-buffer, the lights over it, and the surfaces that no light changes.
+fn deferred(
+    graph: &mut Graph,
+    plan: &Plan,
+    deferred: &Deferred,
+    scene: &SceneHandles,
+    prepass: Option<ImageHandle>,
+) -> forward::Io {
+    let planned = &deferred.gbuffer;
+    let layers = &gbuffer::add(graph, plan, planned, scene, prepass);
+    let radiance = match (&deferred.light_pass, &plan.tiles, &scene.tiles) {
+        (LightPass::Volumes(volumes), ..) => {
+            let radiance = deferred_base::add(graph, plan, planned, scene, layers);
+            let inputs = light_volumes::Inputs { volumes, planned, layers, radiance };
+            light_volumes::add(graph, plan, scene, &inputs);
+            radiance
+        }
+        (LightPass::Tiles, Some(tiles), Some(handles)) => {
+            let lists = tile_lists(graph, tiles, handles, prepass).lists;
+            let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers };
+            tiled_deferred::add(graph, plan, scene, &inputs)
+        }
+        (light_pass, ..) => {
+            let branch = matches!(light_pass, LightPass::Fullscreen { branch: true });
+            deferred_fullscreen::add(graph, plan, planned, scene, layers, branch)
+        }
+    };
+    let target = forward::Io { radiance, depth: layers.depth };
+    unlit::add(graph, plan, scene, &target);
+    target
 }
 
 /// A compute node's work without push constants.

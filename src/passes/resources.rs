@@ -7,12 +7,14 @@ use crate::graph::{
     Binding, BufferHandle, Cull, Draw, Geometry, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState,
     Stream,
 };
-use crate::plan::Plan;
 use crate::plan::geometry::PlannedDraw;
 use crate::plan::materials::{Map, Variant, level_count};
+use crate::plan::{Deferred, GbufferLayout, Plan};
 use crate::scene::{Sampler, Wrap};
 use crate::shaders::shade::forward;
-use crate::shared::{Frame, InstanceData, MaterialData, TileGrid};
+use crate::shared::{
+    ClusterGrid, Frame, ICOSPHERE_CORNERS, InstanceData, LightMarker, LightVolume, MaterialData, TileGrid,
+};
 
 /// Handles of what light lists are made from.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +27,15 @@ pub struct TileHandles {
     pub edges: BufferHandle,
     /// One texel, bound where nothing is known of depths.
     pub no_bounds: ImageHandle,
+}
+
+/// Handles of what clusters are made from, beside those of tiles.
+#[derive(Debug, Clone, Copy)]
+pub struct ClusterHandles {
+    /// One `ClusterGrid`.
+    pub grid: BufferHandle,
+    /// A texel a slice: its distances.
+    pub slices: BufferHandle,
 }
 
 /// Handles of everything that is filled before the first frame.
@@ -47,6 +58,16 @@ pub struct SceneHandles {
     pub material_bindings: Vec<Vec<Binding>>,
     /// Where the plan has tiles.
     pub tiles: Option<TileHandles>,
+    /// Where the plan has clusters.
+    pub clusters: Option<ClusterHandles>,
+    /// Corners of the mesh that light volumes and markers are made of.
+    pub corners: Option<BufferHandle>,
+    /// Array of `LightVolume`, where the plan has volumes.
+    pub light_volumes: Option<BufferHandle>,
+    /// Array of `LightMarker`, where the plan has markers.
+    pub light_markers: Option<BufferHandle>,
+    /// One texel, bound where the G-buffer has no codes of normals.
+    pub no_normals: Option<ImageHandle>,
 }
 
 fn wrap(mode: Wrap) -> vk::SamplerAddressMode {
@@ -82,6 +103,9 @@ impl SceneHandles {
     pub fn declare(graph: &mut Graph, plan: &Plan) -> Self {
         let (geometry, materials) = (&plan.geometry, &plan.materials);
         let fixed = Lifetime::Static;
+        let volumes = plan.deferred.as_ref().and_then(Deferred::volumes);
+        let markers = plan.markers.len();
+        let fat = plan.deferred.as_ref().is_some_and(|d| d.gbuffer.layout == GbufferLayout::Fat);
         let mut textures = Vec::new();
         for (index, &(key, [width, height], mipmapped)) in materials.textures.iter().enumerate() {
             let format = if key.srgb { vk::Format::R8G8B8A8_SRGB } else { vk::Format::R8G8B8A8_UNORM };
@@ -112,6 +136,17 @@ impl SceneHandles {
                 edges: graph.buffer("tile_edges", tiles.edges.len() as u64 * 16, fixed),
                 no_bounds: graph.image("no bounds", vk::Format::R32G32B32A32_UINT, [1, 1], fixed),
             }),
+            clusters: plan.clusters.as_ref().map(|clusters| ClusterHandles {
+                grid: graph.buffer("cluster_grid", size_of::<ClusterGrid>() as u64, fixed),
+                slices: graph.buffer("cluster_slices", clusters.slices.len() as u64 * 16, fixed),
+            }),
+            corners: (volumes.is_some() || markers > 0)
+                .then(|| graph.buffer("corners", u64::from(ICOSPHERE_CORNERS) * 16, fixed)),
+            light_volumes: volumes
+                .map(|v| graph.buffer("light_volumes", bytes_of::<LightVolume>(v.volumes.len()), fixed)),
+            light_markers: (markers > 0)
+                .then(|| graph.buffer("light_markers", bytes_of::<LightMarker>(markers), fixed)),
+            no_normals: fat.then(|| graph.image("no normals", vk::Format::R16G16_UINT, [1, 1], fixed)),
         }
     }
 }
@@ -148,6 +183,20 @@ pub fn variants(plan: &Plan, simplify: impl Fn(Variant) -> Variant) -> (Vec<Vari
         })
         .collect();
     (distinct, of_draw)
+}
+
+/// Distinct variants of the draws that `wanted` takes, and these draws with the index of their variant as pipeline.
+pub fn chosen(plan: &Plan, wanted: impl Fn(Variant) -> bool) -> (Vec<Variant>, Vec<Draw>) {
+    let mut distinct: Vec<Variant> = Vec::new();
+    let mut draws = Vec::new();
+    for planned in plan.geometry.draws.iter().filter(|d| wanted(d.variant)) {
+        let known = distinct.iter().position(|v| *v == planned.variant);
+        if known.is_none() {
+            distinct.push(planned.variant);
+        }
+        draws.push(draw(plan, planned, known.unwrap_or(distinct.len() - 1)));
+    }
+    (distinct, draws)
 }
 
 /// A planned draw as a command.

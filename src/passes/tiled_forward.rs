@@ -3,7 +3,7 @@
 //! Reads: what `forward` reads, tile grid, lists and offsets. Writes: radiance, and depth without a pre-pass.
 //! Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
 
-use super::forward::{depth_state, light_constants};
+use super::forward::{Io, depth_state, light_constants};
 use super::resources::{draw, variants};
 use super::tile_cull::{Lists, list_fetch};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, TileHandles};
@@ -29,8 +29,8 @@ pub struct Inputs<'a> {
     pub prepass: Option<ImageHandle>,
 }
 
-/// Adds the pass; the radiance.
-pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> ImageHandle {
+/// Adds the pass.
+pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> Io {
     let extent = [plan.view.width, plan.view.height];
     let prepass = inputs.prepass;
     let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
@@ -61,7 +61,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         indices: Some(scene.indices),
     };
     graph.add("tiled_forward", Work::Render(render));
-    radiance
+    Io { radiance, depth }
 }
 
 fn pipeline(plan: &Plan, tiles: &Tiles, variant: Variant, after_prepass: bool) -> GraphicsPipeline {

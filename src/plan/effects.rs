@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::gbuffer;
 use super::materials::NORMAL_MAP;
 use super::{DepthBounds, Plan, Request, Technique};
 use crate::scene::{AlphaMode, Scene};
@@ -28,6 +29,8 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
     vec![
         prepass(plan, request),
         lights(plan),
+        gbuffer::effect(plan),
+        gbuffer::volumes_effect(plan),
         depth_bounds(plan, request),
         light_lists(plan),
         normal_maps(plan, scene, on_device),

@@ -193,7 +193,7 @@ pub(super) fn check_loops(count: u32, seek: bool, limits: &Limits) -> Result<()>
     if iterations > u64::from(limits.max_loop_iterations) {
         let most = limits.max_loop_iterations;
         return Err(Error::new(format!(
-            "forward loops over {count} lights in up to {iterations} iterations a fragment, this driver leaves its loops after {most}"
+            "a fragment loops over {count} lights in up to {iterations} iterations, this driver leaves its loops after {most}"
         )));
     }
     Ok(())

@@ -25,6 +25,8 @@ pub struct Limits {
     pub max_color_attachments: u32,
     /// `maxPerStageDescriptorStorageBuffers`.
     pub max_stage_storage_buffers: u32,
+    /// RGBA32F colour attachments blend.
+    pub float_blend: bool,
 }
 
 impl Limits {
@@ -40,6 +42,7 @@ impl Limits {
         sub_pixel_bits: 4,
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
+        float_blend: false,
     };
 }
 
@@ -56,5 +59,6 @@ impl Limits {
         sub_pixel_bits: 8,
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
+        float_blend: false,
     };
 }

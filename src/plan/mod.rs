@@ -1,9 +1,15 @@
 //! What will run, decided before any Vulkan object exists: a pure function of scene, request and limits.
 
+pub mod clusters;
 mod effects;
+pub mod gbuffer;
 pub mod geometry;
+mod light_markers;
+pub mod light_tree;
+pub mod light_volumes;
 pub mod lights;
 mod limits;
+pub mod list_sort;
 pub mod materials;
 pub mod projection;
 mod request;
@@ -14,12 +20,19 @@ use crate::scene::Scene;
 use crate::scene::lighting::Lighting;
 use crate::scene::shading::Shading;
 use crate::scene::view::View;
+use crate::shared::LightMarker;
 
+pub use clusters::Clusters;
 pub use effects::Effect;
+pub use gbuffer::{Deferred, Gbuffer, LightPass};
 pub use geometry::Geometry;
+pub use light_volumes::LightVolumes;
 pub use lights::{Fetch, LightTable};
 pub use limits::Limits;
-pub use request::{CameraChoice, CullTest, DebugView, DepthBounds, FetchChoice, Request, Technique};
+pub use request::{
+    CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Request,
+    Technique,
+};
 pub use tiles::Tiles;
 
 /// Bytes of one RGBA32F texel.
@@ -46,13 +59,19 @@ pub struct Plan {
     pub lights: LightTable,
     /// Light lists of screen tiles, where the technique has them.
     pub tiles: Option<Tiles>,
+    /// Their slices, where the technique has clusters; the lists of tiles are candidates then.
+    pub clusters: Option<Clusters>,
+    /// G-buffer and how lights are added over it, where the technique is a deferred one.
+    pub deferred: Option<Deferred>,
+    /// Spheres that show where lights are; empty where they are not wanted.
+    pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
     pub geometry: Geometry,
     /// Textures and material constants.
     pub materials: materials::Materials,
     /// Every effect there is, running or not, and why.
     pub effects: Vec<Effect>,
-    /// What is drawn instead of radiance.
+    /// What is shown instead of radiance.
     pub debug_view: Option<DebugView>,
     /// Sentences for the user: what was chosen for them.
     pub notes: Vec<String>,
@@ -80,9 +99,18 @@ impl Plan {
         let materials = materials::Materials::new(scene, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
-        let tiled = technique == Technique::TiledForward;
-        let request = &Request { prepass, ..request.clone() };
-        let tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent(scene, &view), limits)).transpose()?;
+        let clustered = technique == Technique::ClusteredForward;
+        let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
+        let request = &clusters::asked(technique, Request { prepass, ..request.clone() })?;
+        let extent = extent(scene, &view);
+        let tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;
+        let cut = tiles.as_ref().filter(|_| clustered);
+        let clusters = cut.map(|tiles| Clusters::new(request, tiles, &view, extent, limits)).transpose()?;
+        if request.show_lights && technique == Technique::Reference {
+            notes.push("--show-lights: the reference draws no markers".into());
+        }
+        let markers = if request.show_lights { light_markers::markers(&lighting, &view) } else { Vec::new() };
+        request.debug_view.map_or(Ok(()), |view| view.check(technique, tiles.as_ref()))?;
         let mut plan = Self {
             technique,
             technique_why,
@@ -92,6 +120,9 @@ impl Plan {
             samples: 1,
             lights,
             tiles,
+            clusters,
+            deferred: None,
+            markers,
             geometry,
             materials,
             effects: Vec::new(),
@@ -99,8 +130,19 @@ impl Plan {
             notes,
             lighting,
         };
+        plan.deferred = Deferred::new(&mut plan, request, extent, limits)?;
         plan.effects = effects::decide(&plan, scene, request);
         Ok(plan)
+    }
+
+    /// Surfaces are stored instead of lit: a debug view of them is wanted.
+    pub fn shows_surfaces(&self) -> bool {
+        self.debug_view.is_some_and(DebugView::of_surfaces)
+    }
+
+    /// The technique makes light lists.
+    pub fn has_lists(&self) -> bool {
+        self.tiles.is_some()
     }
 
     /// Pixels of the picture.
@@ -110,13 +152,17 @@ impl Plan {
 
     /// Bytes of the attachments that a frame needs.
     pub fn attachment_bytes(&self) -> u64 {
-        let colors = if self.debug_view.is_some() { 4 } else { 1 };
-        self.pixels() * (RADIANCE_BYTES * colors + DEPTH_BYTES)
+        let colors = if self.shows_surfaces() { 4 } else { 1 };
+        let gbuffer = self.deferred.as_ref().filter(|_| !self.shows_surfaces());
+        let gbuffer = gbuffer.map_or(0, |d| d.gbuffer.texel_bytes());
+        self.pixels() * (RADIANCE_BYTES * colors + DEPTH_BYTES + gbuffer)
     }
 
     /// Bytes of every buffer and texture that is filled before the first frame.
     pub fn static_bytes(&self) -> u64 {
-        self.geometry.bytes() + self.materials.bytes() + self.lights.bytes()
+        let volumes = self.deferred.as_ref().and_then(Deferred::volumes).map_or(0, LightVolumes::bytes);
+        let markers = size_of_val(self.markers.as_slice()) as u64;
+        self.geometry.bytes() + self.materials.bytes() + self.lights.bytes() + volumes + markers
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::Tiles;
 use crate::error::{Error, Result};
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
@@ -14,8 +15,14 @@ pub enum Technique {
     Auto,
     /// Every fragment loops over all lights.
     Forward,
+    /// Lights are added over a G-buffer, one after the other or all in one pass.
+    Deferred,
+    /// Every pixel of a G-buffer loops over the lights of its screen tile.
+    TiledDeferred,
     /// Every fragment loops over the lights of its screen tile.
     TiledForward,
+    /// Every fragment loops over the lights of its cluster: a slice of its screen tile.
+    ClusteredForward,
     /// Rays in f64 on the CPU.
     Reference,
 }
@@ -26,7 +33,10 @@ impl Technique {
         match self {
             Self::Auto => "auto",
             Self::Forward => "forward",
+            Self::Deferred => "deferred",
+            Self::TiledDeferred => "tiled-deferred",
             Self::TiledForward => "tiled-forward",
+            Self::ClusteredForward => "clustered-forward",
             Self::Reference => "reference",
         }
     }
@@ -98,6 +108,72 @@ impl DepthBounds {
     }
 }
 
+/// How `deferred` adds lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeferredLights {
+    /// Each light blends into the pixels that its volume covers.
+    Volumes,
+    /// One pass in which every pixel loops over all lights.
+    Fullscreen,
+    /// The same with a range test that skips.
+    FullscreenBranch,
+}
+
+impl DeferredLights {
+    /// Every form.
+    pub const ALL: [Self; 3] = [Self::Volumes, Self::Fullscreen, Self::FullscreenBranch];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Volumes => "volumes",
+            Self::Fullscreen => "fullscreen",
+            Self::FullscreenBranch => "fullscreen-branch",
+        }
+    }
+}
+
+/// What the G-buffer stores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GbufferLayout {
+    /// Position, normal, albedo, specular and ambient in 32-bit floats.
+    Fat,
+    /// Position from depth, the rest in few bits.
+    Compact,
+}
+
+impl GbufferLayout {
+    /// Every layout.
+    pub const ALL: [Self; 2] = [Self::Fat, Self::Compact];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fat => "fat",
+            Self::Compact => "compact",
+        }
+    }
+}
+
+/// What bounds a cluster.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClusterBounds {
+    /// Its tile and slice.
+    Implicit,
+    /// The box of its samples.
+    Explicit,
+}
+
+impl ClusterBounds {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Implicit => "implicit",
+            Self::Explicit => "explicit",
+        }
+    }
+}
+
 /// Pictures of intermediate values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DebugView {
@@ -109,12 +185,90 @@ pub enum DebugView {
     Depth,
     /// The depth buffer's own value.
     DepthRaw,
+    /// Nearest distance of each tile's samples.
+    TileMin,
+    /// Farthest distance of each tile's samples.
+    TileMax,
+    /// Length of the list that each pixel reads.
+    TileLights,
+    /// Occupied slots of each tile's 2.5D mask.
+    TileMask,
+    /// Bounding rectangles of lights over the lit picture.
+    Quads,
+    /// Lights that reach a pixel and are not in its list, over the lit picture.
+    Missed,
+    /// Listed over reaching lights of each pixel.
+    Waste,
+    /// Lights that reach each pixel.
+    Lights,
 }
 
 impl DebugView {
     /// Every view with its typed name.
-    pub const ALL: [(&'static str, Self); 4] =
-        [("albedo", Self::Albedo), ("normals", Self::Normals), ("depth", Self::Depth), ("depth-raw", Self::DepthRaw)];
+    pub const ALL: [(&'static str, Self); 12] = [
+        ("albedo", Self::Albedo),
+        ("normals", Self::Normals),
+        ("depth", Self::Depth),
+        ("depth-raw", Self::DepthRaw),
+        ("tile-min", Self::TileMin),
+        ("tile-max", Self::TileMax),
+        ("tile-lights", Self::TileLights),
+        ("tile-mask", Self::TileMask),
+        ("quads", Self::Quads),
+        ("missed", Self::Missed),
+        ("waste", Self::Waste),
+        ("lights", Self::Lights),
+    ];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|view| view.1 == self).map_or("", |view| view.0)
+    }
+
+    /// Shows what the surface frame stores. For the others the picture is lit.
+    pub fn of_surfaces(self) -> bool {
+        matches!(self, Self::Albedo | Self::Normals | Self::Depth | Self::DepthRaw)
+    }
+
+    /// Shows numbers of lists, or of the depths that lists are made from.
+    pub fn of_lists(self) -> bool {
+        !self.of_surfaces() && self != Self::Quads
+    }
+
+    /// Shows what the f64 oracle finds.
+    pub fn of_oracle(self) -> bool {
+        matches!(self, Self::Missed | Self::Waste | Self::Lights)
+    }
+
+    /// Is drawn over the lit picture.
+    pub fn over_lit(self) -> bool {
+        matches!(self, Self::Quads | Self::Missed)
+    }
+
+    /// Refuses a view of what the plan does not make.
+    ///
+    /// # Errors
+    /// One sentence: what the view shows, and what is there instead.
+    pub(super) fn check(self, technique: Technique, tiles: Option<&Tiles>) -> Result<()> {
+        let refuse = |why: String| Err(Error::usage(format!("--debug-view {} {why}", self.name())));
+        let Some(tiles) = tiles else {
+            return match self {
+                Self::TileMin | Self::TileMax | Self::TileLights | Self::TileMask | Self::Missed | Self::Waste => {
+                    refuse(format!("shows light lists, and {} makes none", technique.name()))
+                }
+                _ => Ok(()),
+            };
+        };
+        match (self, tiles.bounds) {
+            (Self::TileMin | Self::TileMax, DepthBounds::Off) => {
+                refuse("shows the depth bounds of tiles, which --depth-bounds off and --prepass off leave out".into())
+            }
+            (Self::TileMask, DepthBounds::Off | DepthBounds::MinMax) => {
+                refuse(format!("shows the mask of --depth-bounds 2.5d, which is {} here", tiles.bounds.name()))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// How the camera is chosen.
@@ -151,6 +305,18 @@ pub struct Request {
     pub cull: CullTest,
     /// What it knows of its depths; `None`: as much as there is.
     pub depth_bounds: Option<DepthBounds>,
+    /// What bounds a cluster; `None`: as much as there is.
+    pub cluster_bounds: Option<ClusterBounds>,
+    /// Clusters are made of samples with like normals.
+    pub cluster_normals: bool,
+    /// How `deferred` adds lights.
+    pub deferred_lights: DeferredLights,
+    /// What the G-buffer stores.
+    pub gbuffer: GbufferLayout,
+    /// Of each of a normal's two codes in the compact G-buffer: 8, 10 or 16.
+    pub normal_bits: u32,
+    /// A small sphere where each light stands.
+    pub show_lights: bool,
     /// Which camera.
     pub camera: CameraChoice,
     /// Instead of radiance.
@@ -170,6 +336,12 @@ impl Default for Request {
             tile: 16,
             cull: CullTest::FrustumAabb,
             depth_bounds: None,
+            cluster_bounds: None,
+            cluster_normals: false,
+            deferred_lights: DeferredLights::Volumes,
+            gbuffer: GbufferLayout::Compact,
+            normal_bits: 16,
+            show_lights: false,
             camera: CameraChoice::Default,
             debug_view: None,
         }
@@ -218,6 +390,14 @@ impl Request {
         match self.depth_bounds {
             _ if !self.prepass => DepthBounds::Off,
             asked => asked.unwrap_or(DepthBounds::Mask),
+        }
+    }
+
+    /// Samples are known only after a pre-pass.
+    pub fn cluster_bounds_or_default(&self) -> ClusterBounds {
+        match self.cluster_bounds {
+            _ if !self.prepass => ClusterBounds::Implicit,
+            asked => asked.unwrap_or(ClusterBounds::Explicit),
         }
     }
 

@@ -3,6 +3,9 @@
 //! Everything that takes more than adding, multiplying and comparing is done here in f64 and rounded outward; the device decides
 //! membership by exact arithmetic alone (math/cull.rs).
 
+use glam::DVec3;
+
+use super::gbuffer::depth_terms;
 use super::projection::{self, PixelRect};
 use super::request::{CullTest, DepthBounds};
 use super::{Limits, Request};
@@ -101,7 +104,7 @@ impl Tiles {
             list_seek: request.cull != CullTest::FrustumAabb || request.depth_bounds_or_default() == DepthBounds::Off,
         };
         for light in culled {
-            tiles.push(light, view);
+            tiles.push(light, view, extent);
         }
         tiles.count();
         tiles.grid.list_chunks = tiles.longest_bin.div_ceil(LIST_CHUNK).max(1);
@@ -131,13 +134,11 @@ impl Tiles {
         words * 4 + image + (self.lights.len() + self.edges.len()) as u64 * 16
     }
 
-    fn push(&mut self, light: &ResolvedLight, view: &View) {
+    fn push(&mut self, light: &ResolvedLight, view: &View, extent: f64) {
         let center = view.world_to_view.transform_point3(light.position);
         let stored = center.as_vec3();
-        // Where the light's contribution is not exactly 0 in the shader, whatever was rounded on the way there.
-        let of_light = (center.abs().max_element() + light.range) * SPACE_SLACK;
         let far_away = if view.lens.is_perspective() { center.length() + light.range } else { 1.0 };
-        let radius = light.range * (1.0 + RANGE_SLACK) + of_light + self.position_slack + self.snap_slack * far_away;
+        let radius = padded_radius(center, light.range, extent) + self.snap_slack * far_away;
         let range = projection::distance_range(center, radius, view);
         let rect = match self.cull {
             CullTest::BoundsTextbook => projection::textbook_rectangle(stored, light.range as f32, view),
@@ -220,6 +221,13 @@ fn pixel_size(view: &View) -> f64 {
     ((e.right - e.left) / w).abs().max(((e.top - e.bottom) / h).abs())
 }
 
+/// Beyond this from its centre (view space) a light's contribution is exactly 0 in the shader, whatever was rounded on the way there.
+/// No geometry is farther than `extent` metres from the eye.
+pub(super) fn padded_radius(center: DVec3, range: f64, extent: f64) -> f64 {
+    let far_away = center.abs().max_element() + range + extent;
+    range * (1.0 + RANGE_SLACK) + far_away * SPACE_SLACK
+}
+
 /// The smallest f32 that is not below `x`; infinity stays.
 fn up(x: f64) -> f32 {
     let nearest = x as f32;
@@ -228,11 +236,7 @@ fn up(x: f64) -> f32 {
 
 fn grid(tile: u32, view: &View) -> TileGrid {
     let (columns, rows) = (view.width.div_ceil(tile), view.height.div_ceil(tile));
-    let clip = view.view_to_clip();
-    let (scale, offset) = (clip.z_axis.z, clip.w_axis.z);
-    // Perspective: depth = offset / distance - scale. Orthographic: depth = offset - scale * distance.
-    let (depth_offset, depth_scale) =
-        if view.lens.is_perspective() { (offset, scale) } else { (offset / scale, 1.0 / scale) };
+    let [depth_offset, depth_scale] = depth_terms(view);
     let near = view.znear - (view.znear.abs() * 1e-5).max(1e-30);
     let far = view.zfar.map_or(f64::from(shared::FAR_LIMIT), |far| far + far.abs() * 1e-5);
     TileGrid {
@@ -243,8 +247,8 @@ fn grid(tile: u32, view: &View) -> TileGrid {
         bin_columns: columns.div_ceil(BIN_TILES),
         bin_rows: rows.div_ceil(BIN_TILES),
         perspective: u32::from(view.lens.is_perspective()),
-        depth_offset: depth_offset as f32,
-        depth_scale: depth_scale as f32,
+        depth_offset,
+        depth_scale,
         depth_slack: DEPTH_SLACK,
         near: near as f32,
         far: up(far).min(shared::FAR_LIMIT),

@@ -5,8 +5,14 @@
 //! device's.
 
 pub mod bvh;
+pub mod cluster_assign;
+pub mod cluster_index;
+pub mod cluster_keys;
 pub mod depth_reduce;
 pub mod light_pairs;
+pub mod light_tree;
+pub mod list_sort;
+pub mod octahedral;
 pub mod radix_sort;
 pub mod ray;
 pub mod render;

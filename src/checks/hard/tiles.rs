@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::fixtures::{looking, point, scene, wall};
 use crate::checks::Row;
-use crate::checks::lists::{judged, make, radiance, twin};
+use crate::checks::lists::{radiance, verdict};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::passes;
@@ -25,10 +25,8 @@ fn wrong(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<usize>
     let forward = radiance(renderer, scene, &Request { technique: Technique::Forward, ..request.clone() })?;
     let tiled = radiance(renderer, scene, request)?;
     let pixels = forward.chunks(4).zip(tiled.chunks(4)).filter(|(a, b)| a != b).count();
-    let made = make(renderer, scene, request)?;
-    let (bounds, lists) = twin(&made);
-    let buffers = usize::from(bounds != made.bounds) + usize::from(lists != made.lists);
-    Ok(pixels + buffers + judged(&made).missed_pairs as usize)
+    let found = verdict(renderer, scene, request)?;
+    Ok(pixels + found.wrong + found.missed)
 }
 
 /// T2, T4, T6, T9: whatever is in a tile, nothing is missed and nothing changes.
@@ -75,7 +73,7 @@ pub fn gap(renderer: &Renderer) -> Result<Vec<Row>> {
     let bars = (-12..=12).map(|i| bar(f64::from(i) * 0.15));
     scene.instances = bars.chain([far]).map(|object_to_world| Instance { mesh: 0, object_to_world }).collect();
     let request = |bounds| Request { depth_bounds: Some(bounds), cull: CullTest::Frustum, ..tiled() };
-    let listed = |bounds| -> Result<usize> { Ok(make(renderer, &scene, &request(bounds))?.lists.lights.len()) };
+    let listed = |bounds| -> Result<usize> { Ok(verdict(renderer, &scene, &request(bounds))?.pairs) };
     let (mask, bounds) = (listed(DepthBounds::Mask)?, listed(DepthBounds::MinMax)?);
     Ok(vec![
         Row::none("T5 light in the gap, in lists with the mask", mask, "pairs"),

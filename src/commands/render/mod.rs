@@ -1,5 +1,6 @@
 //! `render`: plan, draw or trace, measure, write.
 
+mod lists;
 mod outcome;
 mod said;
 
@@ -46,15 +47,7 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
             return Err(Error::usage(format!("{}: picture and report cannot be one file", path.display())));
         }
     }
-    if args.shared.technique == TechniqueChoice::Reference && args.shared.debug_view.is_some() {
-        return Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views"));
-    }
-    if args.shared.technique == TechniqueChoice::Reference && args.validate {
-        return Err(Error::usage("--validate watches a device; --technique reference uses none"));
-    }
-    if args.layers && kind == OutputKind::Png {
-        return Err(Error::usage("--layers adds layers to an EXR; a PNG has none"));
-    }
+    check_options(&args, kind)?;
     let ev = exposure_of(&args.exposure)?;
     let request = setup::request(&args.shared)?;
     let scene = setup::scene(&args.scene, &args.shared)?;
@@ -72,18 +65,18 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
         Some(renderer) => draw(renderer, &scene, &planned, &args, (started, process))?,
         None => trace(&scene, &planned, (started, process))?,
     };
-    let main = main_layer(&outcome.picture, &planned)?;
-    let automatic = exposure::automatic_ev(&main.pixels);
+    let automatic = outcome.picture.rgba("radiance").map_or(0.0, exposure::automatic_ev);
     let ev_used = ev.unwrap_or(automatic);
+    let shown = planned.debug_view.map(|view| show(view, &args, &planned, &outcome.picture, ev_used)).transpose()?;
     let fingerprint = scene.fingerprint();
     let notes = said::provenance(&typed, &outcome, &fingerprint, &args);
-    write_picture(&args, kind, &planned, &outcome, &main.pixels, (ev_used, &notes))?;
+    write_picture(&args, kind, &outcome, shown.as_ref(), (ev_used, &notes))?;
     let failed = outcome.validation.as_ref().is_some_and(|m| !m.is_empty());
     let quiet = report::json_on_stdout(args.json.as_deref());
     if !quiet {
         let mut said = said::text(&args, &scene, &planned, &outcome, (ev_used, ev.is_none()));
-        if let Some([low, high]) = main.range {
-            said += &format!("colours   {low:.4} (first) to {high:.4} (last)\n");
+        if let Some(shown) = &shown {
+            said += &format!("legend    {}\n", shown.legend.sentence());
         }
         report::print(&said)?;
     }
@@ -99,6 +92,24 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
         return Err(Error::new(format!("validation found {count} messages, the first: {first}")));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Options that ask a technique or a file for what it does not have.
+fn check_options(args: &Render, kind: OutputKind) -> Result<()> {
+    let traced = args.shared.technique == TechniqueChoice::Reference;
+    if traced && args.shared.debug_view.is_some() {
+        return Err(Error::usage("--debug-view shows what a device draws; --technique reference has no such views"));
+    }
+    if traced && args.validate {
+        return Err(Error::usage("--validate watches a device; --technique reference uses none"));
+    }
+    if traced && args.counters {
+        return Err(Error::usage("--counters counts what a device loops over; --technique reference uses none"));
+    }
+    if args.layers && kind == OutputKind::Png {
+        return Err(Error::usage("--layers adds layers to an EXR; a PNG has none"));
+    }
+    Ok(())
 }
 
 fn typed_arguments() -> Vec<String> {
@@ -166,47 +177,57 @@ fn tonemap(arg: TonemapArg) -> Tonemap {
     }
 }
 
-fn main_layer<'a>(picture: &'a Picture, plan: &Plan) -> Result<views::Shown<'a>> {
-    match plan.debug_view {
-        Some(view) => views::draw(picture, shown(view)),
-        None => {
-            let pixels = picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance to show"))?;
-            Ok(views::Shown { pixels: pixels.into(), range: None })
+/// The picture of a debug view.
+fn show(view: DebugView, args: &Render, plan: &Plan, picture: &Picture, ev: f64) -> Result<views::Shown> {
+    let lit = || lit_bytes(picture, ev, args);
+    let of_layer = match view {
+        DebugView::Quads => {
+            let (outlines, text) = lists::outlines(plan);
+            return Ok(views::outlined(lit()?, plan.view.width, &outlines, text));
         }
-    }
+        DebugView::Missed => {
+            let missed = picture.layer("missed").ok_or_else(|| Error::new("the lists were not judged"))?;
+            return Ok(views::missed(&lit()?, missed));
+        }
+        DebugView::Albedo => Some(views::View::Color("base_metallic")),
+        DebugView::Normals => Some(views::View::Direction("normal_occlusion")),
+        DebugView::Depth => Some(views::View::Distance("position_roughness")),
+        DebugView::DepthRaw => Some(views::View::Raw("depth")),
+        _ => lists::shown(view, plan),
+    };
+    let of_layer = of_layer.ok_or_else(|| Error::new(format!("--debug-view {} has no layer", view.name())))?;
+    views::draw(picture, of_layer)
 }
 
-fn shown(view: DebugView) -> views::View {
-    match view {
-        DebugView::Albedo => views::View::Color("base_metallic"),
-        DebugView::Normals => views::View::Direction("normal_occlusion"),
-        DebugView::Depth => views::View::Distance("position_roughness"),
-        DebugView::DepthRaw => views::View::Raw("depth"),
-    }
+/// Display bytes of the radiance.
+fn lit_bytes(picture: &Picture, ev: f64, args: &Render) -> Result<Vec<u8>> {
+    let radiance = picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance to show"))?;
+    Ok(exposure::display(radiance, ev, tonemap(args.tonemap)))
 }
 
 fn write_picture(
     args: &Render,
     kind: OutputKind,
-    plan: &Plan,
     outcome: &Outcome,
-    main: &[[f32; 4]],
+    shown: Option<&views::Shown>,
     (ev, notes): (f64, &[(String, String)]),
 ) -> Result<()> {
-    let size = [plan.view.width, plan.view.height];
-    match (kind, plan.debug_view) {
-        (OutputKind::Png, Some(_)) => {
-            file::write_png(&args.output, size, &exposure::display(main, 0.0, Tonemap::None), notes)
+    let picture = &outcome.picture;
+    match (kind, shown) {
+        (OutputKind::Png, Some(shown)) => {
+            let (rows, height) = shown.with_legend(picture.width)?;
+            file::write_png(&args.output, [picture.width, height], &rows, notes)
         }
         (OutputKind::Png, None) => {
-            file::write_png(&args.output, size, &exposure::display(main, ev, tonemap(args.tonemap)), notes)
+            let size = [picture.width, picture.height];
+            file::write_png(&args.output, size, &lit_bytes(picture, ev, args)?, notes)
         }
         (OutputKind::Exr, _) => {
             let mut layers = vec!["radiance"];
-            if args.layers || plan.debug_view.is_some() {
-                layers.extend(outcome.picture.layers.iter().map(|l| l.0.as_str()).filter(|n| *n != "radiance"));
+            if args.layers || shown.is_some() {
+                layers.extend(picture.layers.iter().map(|l| l.0.as_str()).filter(|n| *n != "radiance"));
             }
-            file::write_exr(&args.output, &outcome.picture, &layers, notes)
+            file::write_exr(&args.output, picture, &layers, notes)
         }
     }
 }

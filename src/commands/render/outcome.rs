@@ -6,9 +6,11 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
+use super::lists;
 use crate::cli::Render;
 use crate::commands::report;
 use crate::error::Result;
+use crate::lists::Counters;
 use crate::measure::memory::ProcessMemory;
 use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
@@ -36,6 +38,8 @@ pub(super) struct Outcome {
     pub(super) memory_bytes: u64,
     /// Device bytes by resource, while everything was there.
     pub(super) memory: Vec<(String, u64)>,
+    /// `None` without `--counters`.
+    pub(super) counters: Option<Counters>,
     /// `None` without `--validate`.
     pub(super) validation: Option<Vec<String>>,
     pub(super) process: ProcessMemory,
@@ -73,7 +77,12 @@ pub(super) fn draw(
     if args.validate {
         violations.extend(found.iter().map(|v| format!("checker: {v}")));
     }
-    if args.layers && plan.debug_view.is_none() {
+    let found = lists::look(renderer, scene, plan, args.counters, &mut outcome.picture)?;
+    outcome.counters = found.counters;
+    if args.validate {
+        violations.extend(found.violations.iter().map(|v| format!("checker: {v}")));
+    }
+    if args.layers && !plan.shows_surfaces() {
         let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
         probe.draw(1)?;
         let (layers, found) = probe.finish()?;

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::outcome::Outcome;
 use crate::cli::Render;
 use crate::commands::{plan, report};
-use crate::plan::{Plan, Technique};
+use crate::lists::Counters;
+use crate::plan::{DebugView, Plan, Technique};
 use crate::scene::Scene;
 
 /// What a picture file says of itself, by keyword.
@@ -62,7 +63,10 @@ pub(super) fn text(
     if let Some(note) = clamped_note(outcome) {
         out += &format!("note      {note}\n");
     }
-    if plan.debug_view.is_none() {
+    if let Some(counters) = &outcome.counters {
+        out += &counter_lines(counters);
+    }
+    if plan.debug_view.is_none_or(DebugView::over_lit) {
         let how = if automatic { "automatic" } else { "as asked" };
         out += &format!("exposure  {ev:+.2} EV, {how}; tone curve {}\n", super::tonemap(args.tonemap).name());
     }
@@ -94,7 +98,6 @@ pub(super) fn machine_form(
     let frame = outcome.times.frame();
     let passes: Vec<_> =
         outcome.times.nodes().into_iter().map(|(name, gpu_ms)| json!({ "name": name, "gpu_ms": gpu_ms })).collect();
-    let lit_pairs = u64::from(plan.lights.count) * plan.pixels();
     let memory: serde_json::Map<String, Value> =
         outcome.memory.iter().map(|(name, bytes)| (name.clone(), json!(bytes))).collect();
     json!({
@@ -111,7 +114,7 @@ pub(super) fn machine_form(
         "memory_bytes": outcome.memory_bytes,
         "memory": memory,
         "process_memory": outcome.process,
-        "counters": { "light_evaluations": lit_pairs, "lists_overflowed": 0 },
+        "counters": counters_json(plan, outcome),
         "exposure_ev": ev,
         "notes": plan.notes.iter().chain(&scene.warnings).cloned().chain(clamped_note(outcome)).collect::<Vec<_>>(),
         "output": args.output.display().to_string(),
@@ -120,6 +123,40 @@ pub(super) fn machine_form(
             "messages": outcome.validation.as_ref().map_or(0, Vec::len),
         },
     })
+}
+
+/// Without `--counters` what the plan knows: a technique without lists evaluates at most every light at every pixel.
+fn counters_json(plan: &Plan, outcome: &Outcome) -> Value {
+    if let Some(counters) = &outcome.counters {
+        return json!(counters);
+    }
+    let known = !plan.has_lists();
+    let most = u64::from(plan.lights.count) * plan.pixels();
+    json!({
+        "light_pairs": null,
+        "exact_pairs": null,
+        "missed_pairs": null,
+        "waste_cells": null,
+        "waste_samples": null,
+        "light_evaluations": known.then_some(most),
+        "lists_overflowed": known.then_some(0),
+        "longest_list": null,
+    })
+}
+
+fn counter_lines(counters: &Counters) -> String {
+    format!(
+        "lists     {} pairs of cell and light, longest list {}, {} overflowed; {} light evaluations\n\
+         oracle    {} pairs of sample and light, {} missed; waste {:.3} by samples, {:.3} by cells\n",
+        counters.light_pairs,
+        counters.longest_list,
+        counters.lists_overflowed,
+        counters.light_evaluations,
+        counters.exact_pairs,
+        counters.missed_pairs,
+        counters.waste_samples,
+        counters.waste_cells
+    )
 }
 
 /// The process's memory by stage.

@@ -7,32 +7,9 @@ use std::process::{Command, Stdio};
 use super::constants::evaluate;
 use super::module::op;
 use super::specialize;
-use crate::graph::program::Program;
 use crate::shaders::shade::forward;
-use crate::shaders::{depth, prim, shade, tile};
 
 mod small;
-
-static PROGRAMS: [&Program; 18] = [
-    &depth::depth_prepass::PROGRAM,
-    &depth::depth_prepass_masked::PROGRAM,
-    &prim::layout_probe::PROGRAM,
-    &prim::make_keys::PROGRAM,
-    &prim::radix_count::PROGRAM,
-    &prim::radix_scatter::PROGRAM,
-    &prim::scan_spread::PROGRAM,
-    &prim::scan_sum::PROGRAM,
-    &prim::write_index::PROGRAM,
-    &shade::ceiling::PROGRAM,
-    &shade::forward::PROGRAM,
-    &shade::surface::PROGRAM,
-    &shade::tiled_forward::PROGRAM,
-    &tile::depth_reduce::PROGRAM,
-    &tile::tile_bin_count::PROGRAM,
-    &tile::tile_bin_fill::PROGRAM,
-    &tile::tile_count::PROGRAM,
-    &tile::tile_fill::PROGRAM,
-];
 
 /// Point lights through a texel buffer on plain Lambert surfaces: the least work that a variant does with lights.
 fn plain_lambert() -> forward::Spec {
@@ -138,7 +115,7 @@ fn assert_plain(words: &[u32], what: &str) {
 
 #[test]
 fn every_program_becomes_plain_and_valid() {
-    for program in PROGRAMS {
+    for program in crate::shaders::ALL {
         for stage in program.stages {
             let before = words(stage.spirv);
             for values in value_sets() {

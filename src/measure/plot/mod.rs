@@ -7,6 +7,7 @@ mod axis;
 mod bars;
 mod canvas;
 mod frame;
+pub mod legend;
 mod marks;
 mod points;
 #[cfg(test)]

@@ -1,0 +1,15 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The last of the offsets, which is the total, alone in a buffer.
+#include "base.glsl"
+
+layout(local_size_x = 1) in;
+
+layout(constant_id = 0) const uint AT = 0u;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Offsets { uint data[]; } offsets;
+layout(set = 0, binding = 1, scalar) writeonly buffer Total { uint data[]; } total;
+
+void main() {
+    total.data[0] = offsets.data[AT];
+}

@@ -1,0 +1,76 @@
+// The surface that the G-buffer holds at a pixel, in either layout. What a layout lacks is bound to something else and not read.
+#include "gbuffer.glsl"
+#include "cull.glsl"
+
+layout(constant_id = 30) const uint GBUFFER = GBUFFER_COMPACT;
+// The compact layout has an image of emission.
+layout(constant_id = 32) const bool EMISSION = false;
+
+layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
+layout(set = 0, binding = 20) uniform sampler2D gbuffer_depth;
+layout(set = 0, binding = 21) uniform sampler2D gbuffer_base_color;
+layout(set = 0, binding = 22) uniform usampler2D gbuffer_normals;
+layout(set = 0, binding = 23) uniform sampler2D gbuffer_material;
+layout(set = 0, binding = 24) uniform sampler2D gbuffer_emission;
+layout(set = 0, binding = 25) uniform sampler2D gbuffer_position_roughness;
+layout(set = 0, binding = 26) uniform sampler2D gbuffer_normal_occlusion;
+layout(set = 0, binding = 27) uniform sampler2D gbuffer_base_metallic;
+layout(set = 0, binding = 28) uniform sampler2D gbuffer_specular_flag;
+layout(set = 0, binding = 29) uniform sampler2D gbuffer_ambient_emission;
+
+struct Surface {
+    vec3 position;
+    vec3 normal;
+    vec3 base_color;
+    float metallic;
+    float roughness;
+    float occlusion;
+    vec3 emissive;
+    bool unlit;
+};
+
+// Distance along the view axis of a stored depth: what distance_range of cull.glsl widens.
+float view_distance(float depth) {
+    if (frame.data.perspective > 0.0) {
+        precise float d = frame.data.depth_offset * reciprocal(max(depth + frame.data.depth_scale, 1e-37));
+        return min(d, FAR_LIMIT);
+    }
+    precise float d = frame.data.depth_offset - depth * frame.data.depth_scale;
+    return d;
+}
+
+// The point under the centre of a pixel, at the distance of its depth.
+vec3 position_of_depth(ivec2 at, float depth) {
+    precise vec2 image = vec2(at) * frame.data.image_scale + frame.data.image_offset;
+    float d = view_distance(depth);
+    precise vec2 across = image * d;
+    return vec3(frame.data.perspective > 0.0 ? across : image, -d);
+}
+
+// False where no lit surface is seen.
+bool read_gbuffer(ivec2 at, out Surface s) {
+    s.unlit = false;
+    if (GBUFFER == GBUFFER_FAT) {
+        vec4 position_roughness = texelFetch(gbuffer_position_roughness, at, 0);
+        vec4 base_metallic = texelFetch(gbuffer_base_metallic, at, 0);
+        s.position = position_roughness.xyz;
+        s.roughness = position_roughness.w;
+        s.normal = texelFetch(gbuffer_normal_occlusion, at, 0).xyz;
+        s.base_color = base_metallic.rgb;
+        s.metallic = base_metallic.w;
+        // Ambient light is in what was stored; an occlusion of 0 adds none to it.
+        s.occlusion = 0.0;
+        s.emissive = texelFetch(gbuffer_ambient_emission, at, 0).rgb;
+        return texelFetch(gbuffer_specular_flag, at, 0).w > 0.0;
+    }
+    vec4 base_color = texelFetch(gbuffer_base_color, at, 0);
+    vec3 material = load_material(texelFetch(gbuffer_material, at, 0));
+    s.position = position_of_depth(at, texelFetch(gbuffer_depth, at, 0).x);
+    s.normal = decode_octahedral(texelFetch(gbuffer_normals, at, 0).xy, NORMAL_BITS);
+    s.base_color = load_base_color(base_color);
+    s.roughness = material.x;
+    s.metallic = material.y;
+    s.occlusion = material.z;
+    s.emissive = EMISSION ? texelFetch(gbuffer_emission, at, 0).rgb : vec3(0.0);
+    return base_color.w > 0.0;
+}

@@ -1,0 +1,17 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The compact G-buffer of a scene that emits nothing.
+#include "base.glsl"
+#include "surface.glsl"
+#include "gbuffer.glsl"
+
+layout(location = 0) out vec4 out_base_color;
+layout(location = 1) out uvec4 out_normal;
+layout(location = 2) out vec4 out_material;
+
+void main() {
+    Surface s = read_surface();
+    out_base_color = store_base_color(s.base_color);
+    out_normal = uvec4(encode_octahedral(s.normal, NORMAL_BITS), 0u, 0u);
+    out_material = store_material(s.roughness, s.metallic, s.occlusion);
+}

@@ -1,0 +1,34 @@
+//! `lights`: every technique over the number of lights, whose range stays.
+
+use super::output::{About, Outcome};
+use super::run::{Runner, contenders};
+use super::sweep::{Shown, Sweep, log_axis};
+use crate::error::Result;
+use crate::measure::plot::{self, Scale};
+
+const COUNTS: [u32; 7] = [16, 64, 256, 1024, 4096, 16_384, 65_536];
+const QUICK_COUNTS: [u32; 3] = [16, 256, 4096];
+
+/// Metres.
+const RANGE: f64 = 1.0;
+
+/// Runs the experiment.
+///
+/// # Errors
+/// A scene that cannot be loaded, a lost device.
+pub(super) fn run(runner: &Runner) -> Result<Outcome> {
+    let mut loaded = runner.load("builtin:atrium")?;
+    let (size, range) = (runner.size((1280, 720), (640, 360)), runner.range(RANGE));
+    let counts = runner.counts(&COUNTS, &QUICK_COUNTS);
+    let cases = runner.sized(contenders(), size, range);
+    let sweep = Sweep::over_lights(runner, "lights", &mut loaded, &cases, (&counts, range))?;
+    let about = About {
+        name: "lights",
+        title: format!("lights: {} at {}x{}", loaded.spec, size.0, size.1),
+        lights: format!("lights of range {} m", plot::number(range)),
+        size,
+        scenes: vec![loaded.facts],
+    };
+    let figure = sweep.plot(runner, &about.title, log_axis("lights"), (Shown::Milliseconds, Scale::Log));
+    Ok(Outcome::of_sweep(runner, &sweep, about, vec![figure]))
+}

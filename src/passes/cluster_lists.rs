@@ -1,0 +1,155 @@
+//! The script of clusters: lists of tiles as candidates, keys of samples, boxes, assignment. Adds no node of its own.
+
+use super::cluster_assign::{self, Keyed};
+use super::tile_cull::Lists;
+use super::{ClusterHandles, Frame, SceneHandles, TileHandles, cluster_index, cluster_keys, cluster_unique};
+use super::{depth_prepass, read_back, tile_lists};
+use crate::graph::{BufferHandle, Graph, ImageHandle};
+use crate::plan::{Clusters, Plan, Tiles};
+
+/// What a plan with clusters has.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts<'a> {
+    /// Tiles.
+    pub tiles: &'a Tiles,
+    /// Their static buffers.
+    pub tile_handles: &'a TileHandles,
+    /// Clusters.
+    pub clusters: &'a Clusters,
+    /// Their static buffers.
+    pub handles: &'a ClusterHandles,
+}
+
+impl<'a> Parts<'a> {
+    /// The parts of a plan; `None` where its technique has no clusters.
+    pub fn of(plan: &'a Plan, scene: &'a SceneHandles) -> Option<Self> {
+        Some(Self {
+            tiles: plan.tiles.as_ref()?,
+            tile_handles: scene.tiles.as_ref()?,
+            clusters: plan.clusters.as_ref()?,
+            handles: scene.clusters.as_ref()?,
+        })
+    }
+}
+
+/// Lists of clusters, and which cluster a sample has.
+#[derive(Debug, Clone, Copy)]
+pub struct ClusterLists {
+    /// List c belongs to cluster c.
+    pub lists: Lists,
+    /// u32 a sample; `None` where every slice of every tile is a cluster, which shading computes.
+    pub index: Option<ImageHandle>,
+    /// Lists of tiles that candidates came from.
+    pub tile_lists: Lists,
+    /// What clusters were made of samples.
+    pub keyed: Option<Keyed>,
+}
+
+/// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so.
+pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>) -> ClusterLists {
+    let Parts { tiles, tile_handles, clusters, handles } = *parts;
+    let candidates = tile_lists(graph, tiles, tile_handles, depth).lists;
+    let made = depth.filter(|_| clusters.keyed).map(|depth| {
+        let (tile_grid, cluster_grid) = (tile_handles.grid, handles.grid);
+        let inputs = cluster_keys::Inputs { clusters, tile_grid, cluster_grid, depth };
+        let entries = cluster_keys::add(graph, &inputs);
+        let merged = clusters.merged.then(|| cluster_unique::add(graph, clusters, cluster_grid, &entries));
+        let indexed = cluster_index::add(graph, &inputs, &entries, merged.as_ref());
+        let (keys, total) = merged.map_or((entries.keys, entries.total), |m| (m.keys, m.total));
+        (Keyed { keys, bounds: indexed.bounds, total }, indexed.index)
+    });
+    let (keyed, index) = made.unzip();
+    let inputs = cluster_assign::Inputs { tiles, tile_handles, clusters, handles, tile_lists: candidates, keyed };
+    ClusterLists { lists: cluster_assign::add(graph, &inputs), index, tile_lists: candidates, keyed }
+}
+
+/// The frame that makes clusters with their lists and leaves them, with the depths they were made from: for counting and judging. `None`
+/// where the technique has no clusters.
+pub fn cluster_frame(plan: &Plan) -> Option<Frame> {
+    let mut graph = Graph::new();
+    let scene = SceneHandles::declare(&mut graph, plan);
+    let parts = Parts::of(plan, &scene)?;
+    let depth = depth_prepass::add(&mut graph, plan, &scene);
+    let made = add(&mut graph, &parts, Some(depth));
+    graph.end_frame();
+    let mut images = vec![("depth", depth)];
+    images.extend(made.index.map(|index| ("cluster_index", index)));
+    let mut buffers: Vec<(&'static str, BufferHandle)> = vec![
+        ("tile_offsets", made.tile_lists.offsets),
+        ("tile_lights", made.tile_lists.lights),
+        ("list_offsets", made.lists.offsets),
+        ("list_lights", made.lists.lights),
+    ];
+    if let Some(keyed) = made.keyed {
+        let of_clusters =
+            [("cluster_total", keyed.total), ("cluster_keys", keyed.keys), ("cluster_bounds", keyed.bounds)];
+        buffers.extend(of_clusters);
+    }
+    let results = read_back::add_all(&mut graph, &images, &buffers);
+    Some(Frame { graph, scene, results })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{Work, checker, hazard, log};
+    use crate::passes;
+    use crate::plan::{ClusterBounds, Limits, Request, Technique};
+    use crate::scene::builtin;
+
+    fn planned(tile: u32, prepass: bool, bounds: ClusterBounds) -> Plan {
+        let request = Request {
+            width: 150,
+            height: 85,
+            technique: Technique::ClusteredForward,
+            tile,
+            prepass,
+            cluster_bounds: Some(bounds),
+            ..Request::default()
+        };
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan")
+    }
+
+    fn names(graph: &Graph) -> Vec<&str> {
+        graph.nodes.iter().map(|node| node.name.as_str()).collect()
+    }
+
+    #[test]
+    fn every_kind_of_clusters_is_ordered() {
+        for tile in [8, 64] {
+            for (prepass, bounds) in
+                [(true, ClusterBounds::Explicit), (true, ClusterBounds::Implicit), (false, ClusterBounds::Implicit)]
+            {
+                let plan = planned(tile, prepass, bounds);
+                for frame in [passes::frame(&plan), cluster_frame(&plan).expect("clusters")] {
+                    let graph = &frame.graph;
+                    assert!(graph.problems().is_empty(), "{:?}", graph.problems());
+                    let barriers = hazard::derive(graph);
+                    let found = checker::check(graph, &log::declared(graph, &barriers, 3));
+                    assert!(found.is_empty(), "{tile} {prepass} {bounds:?}: {found:#?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_tile_of_one_block_needs_no_sort() {
+        let one = cluster_frame(&planned(16, true, ClusterBounds::Explicit)).expect("clusters").graph;
+        assert!(!names(&one).iter().any(|name| name.contains("radix") || *name == "cluster_bounds"));
+        let several = cluster_frame(&planned(32, true, ClusterBounds::Explicit)).expect("clusters").graph;
+        assert!(["cluster_origin", "cluster_bounds"].iter().all(|name| names(&several).contains(name)));
+        let dense = cluster_frame(&planned(16, false, ClusterBounds::Implicit)).expect("clusters").graph;
+        assert!(!names(&dense).contains(&"cluster_keys") && names(&dense).contains(&"cluster_cells"));
+    }
+
+    #[test]
+    fn no_shader_binds_more_than_four_storage_buffers() {
+        let plan = planned(64, true, ClusterBounds::Explicit);
+        for node in passes::frame(&plan).graph.nodes {
+            let Work::Dispatch { pipeline, .. } = node.work else { continue };
+            let count = pipeline.program.slots.iter().filter(|slot| slot.kind.is_storage_buffer()).count();
+            assert!(count <= 4, "{}", node.name);
+        }
+    }
+}

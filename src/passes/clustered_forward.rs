@@ -1,0 +1,113 @@
+//! Clustered forward shading (O. Olsson, M. Billeter, U. Assarsson, HPG 2012): every fragment loops over the lights of its cluster.
+//!
+//! Reads: what `forward` reads, tile grid, cluster grid, lists and offsets, the cluster of each sample where there is a pre-pass. Writes:
+//! radiance, and depth without a pre-pass. Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
+
+use super::cluster_lists::{ClusterLists, Parts};
+use super::forward::{Io, depth_state, light_constants};
+use super::resources::{draw, variants};
+use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, nearest_sampler};
+use crate::graph::access::{
+    FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform,
+    VertexStorageRead,
+};
+use crate::graph::{
+    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+};
+use crate::plan::materials::Variant;
+use crate::plan::{Clusters, Plan};
+use crate::shaders::shade::clustered_forward;
+use crate::shared;
+
+/// What the pass needs beside the scene.
+pub struct Inputs<'a> {
+    /// Tiles and clusters of the plan.
+    pub parts: Parts<'a>,
+    /// Their lists.
+    pub made: ClusterLists,
+    /// Depth that is there already.
+    pub prepass: Option<ImageHandle>,
+}
+
+/// Value of LIST_FETCH for lists of clusters.
+pub fn list_fetch(clusters: &Clusters) -> u32 {
+    if clusters.words_by_texel { shared::WORDS_TEXEL } else { shared::WORDS_STORAGE }
+}
+
+/// Adds the pass.
+pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> Io {
+    let extent = [plan.view.width, plan.view.height];
+    let prepass = inputs.prepass;
+    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let (distinct, of_draw) = variants(plan, |v| v);
+    let render = Render {
+        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
+        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
+        extent,
+        bindings: bindings(scene, inputs),
+        material_bindings: scene.material_bindings.clone(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs, v)).collect(),
+        draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
+        vertices: Some(scene.vertices),
+        indices: Some(scene.indices),
+    };
+    graph.add("clustered_forward", Work::Render(render));
+    Io { radiance, depth }
+}
+
+fn bindings(scene: &SceneHandles, inputs: &Inputs) -> Vec<Binding> {
+    let (parts, lists) = (&inputs.parts, inputs.made.lists);
+    // A texel that nothing reads stands in where clusters have no index.
+    let index = inputs.made.index.unwrap_or(parts.tile_handles.no_bounds);
+    let set = clustered_forward::Bindings {
+        frame: GraphicsUniform(scene.frame),
+        instances: VertexStorageRead(scene.instances),
+        materials: GraphicsStorageRead(scene.materials),
+        lights_storage: FragmentStorageRead(scene.lights),
+        lights_uniform: FragmentUniform(scene.lights),
+        lights_texel: FragmentTexel(scene.lights),
+        grid: FragmentUniform(parts.tile_handles.grid),
+        list_offsets_storage: FragmentStorageRead(lists.offsets),
+        list_offsets_texel: FragmentTexel(lists.offsets),
+        list_lights_storage: FragmentStorageRead(lists.lights),
+        list_lights_texel: FragmentTexel(lists.lights),
+        clusters: FragmentUniform(parts.handles.grid),
+        cluster_index: FragmentSampled(index, nearest_sampler()),
+    };
+    set.list()
+}
+
+fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant) -> GraphicsPipeline {
+    let constants = light_constants(plan);
+    let Parts { tiles, clusters, .. } = inputs.parts;
+    let spec = clustered_forward::Spec {
+        LIGHT_FETCH: constants.fetch,
+        LIGHT_KINDS: constants.kinds,
+        LIGHT_TEXELS: constants.texels,
+        LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
+        LIGHT_SEEK: constants.seek,
+        INVERSE_SQUARE: constants.inverse_square,
+        SHADING: constants.shading,
+        TEXTURES: variant.textures,
+        ALPHA_MASK: variant.masked,
+        UV_SETS: variant.uv_sets,
+        UV_TRANSFORMS: variant.uv_transforms,
+        VERTEX_COLORS: variant.vertex_colors,
+        UNLIT: variant.unlit,
+        MIRRORED_LENS: plan.view.lens.mirrors(),
+        TILE: tiles.tile,
+        LIST_FETCH: list_fetch(clusters),
+        // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).
+        LIST_SEEK: false,
+        INDEXED: inputs.made.index.is_some(),
+    };
+    GraphicsPipeline {
+        program: &clustered_forward::PROGRAM,
+        constants: spec.values(),
+        colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
+        depth: Some(depth_state(inputs.prepass.is_some())),
+        depth_clamp: false,
+    }
+}

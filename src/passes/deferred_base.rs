@@ -1,0 +1,73 @@
+//! Deferred base: ambient light, emission and directional lights of every pixel of the G-buffer, and 0 where it holds no surface; what light
+//! volumes add to.
+//!
+//! Reads: frame, lights, G-buffer. Writes: radiance (RGBA32F; alpha 1 where a lit surface is). One triangle over the picture.
+//! Limits: as `forward`, for directional lights. CPU twin: `reference/shade.rs`.
+
+use super::forward::light_constants;
+use super::gbuffer::{Layers, gbuffer_constants};
+use super::{RADIANCE_FORMAT, SceneHandles, nearest_sampler};
+use crate::graph::access::{FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform};
+use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::plan::{Gbuffer, Plan};
+use crate::shaders::shade::deferred_base;
+
+/// Adds the pass; the radiance.
+pub fn add(graph: &mut Graph, plan: &Plan, planned: &Gbuffer, scene: &SceneHandles, layers: &Layers) -> ImageHandle {
+    let extent = [plan.view.width, plan.view.height];
+    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let sampled = |image| FragmentSampled(image, nearest_sampler());
+    let set = deferred_base::Bindings {
+        frame: FragmentUniform(scene.frame),
+        lights_storage: FragmentStorageRead(scene.lights),
+        lights_uniform: FragmentUniform(scene.lights),
+        lights_texel: FragmentTexel(scene.lights),
+        gbuffer_depth: sampled(layers.sampled_depth),
+        gbuffer_base_color: sampled(layers.base_color),
+        gbuffer_normals: sampled(layers.normals),
+        gbuffer_material: sampled(layers.material),
+        gbuffer_emission: sampled(layers.emission),
+        gbuffer_position_roughness: sampled(layers.position_roughness),
+        gbuffer_normal_occlusion: sampled(layers.normal_occlusion),
+        gbuffer_base_metallic: sampled(layers.base_metallic),
+        gbuffer_specular_flag: sampled(layers.specular_flag),
+        gbuffer_ambient_emission: sampled(layers.ambient_emission),
+    };
+    let render = Render {
+        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
+        depth: None,
+        extent,
+        bindings: layers.with_depth(set.list()),
+        material_bindings: Vec::new(),
+        pipelines: vec![pipeline(plan, planned)],
+        draws: vec![Draw::full_screen(0)],
+        vertices: None,
+        indices: None,
+    };
+    graph.add("deferred_base", Work::Render(render));
+    radiance
+}
+
+fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
+    let (lights, gbuffer) = (light_constants(plan), gbuffer_constants(planned));
+    let spec = deferred_base::Spec {
+        LIGHT_FETCH: lights.fetch,
+        LIGHT_KINDS: lights.kinds,
+        LIGHT_TEXELS: lights.texels,
+        LIGHT_UNIFORM_TEXELS: lights.uniform_texels,
+        LIGHT_SEEK: false,
+        INVERSE_SQUARE: lights.inverse_square,
+        SHADING: lights.shading,
+        GBUFFER: gbuffer.layout,
+        NORMAL_BITS: gbuffer.normal_bits,
+        EMISSION: gbuffer.emission,
+    };
+    GraphicsPipeline {
+        program: &deferred_base::PROGRAM,
+        constants: spec.values(),
+        colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
+        depth: None,
+        depth_clamp: false,
+    }
+}

@@ -1,0 +1,222 @@
+//! G-buffer: what lights need to know of the nearest lit surface, a texel a pixel (Saito and Takahashi, "Comprehensible rendering of 3-D
+//! shapes", SIGGRAPH 1990; its use for many lights as in Akenine-Möller et al., Real-Time Rendering, 4th ed., section 20.1).
+//!
+//! Reads: frame, instances, materials, material textures, vertices, indices; depth of the pre-pass, where there is one (tested for
+//! equality, not written). Writes: the layers, cleared to 0, and depth without a pre-pass. Unlit surfaces are left to `unlit`: where
+//! one is nearest the layers keep 0 (after a pre-pass) or what lies behind it, which `unlit` covers.
+//! Limits: the fat layout takes five colour attachments, the plan refuses it where there are four. CPU twin: `reference/surface.rs`,
+//! and `reference/octahedral.rs` for normals.
+//!
+//! | layout | image | format | holds |
+//! |---|---|---|---|
+//! | compact | `gbuffer_base_color` | A2B10G10R10_UNORM | square root of the base colour; 1 where a surface is |
+//! | | `gbuffer_normals` | R16G16, A2B10G10R10 or R8G8, UINT | octahedral codes |
+//! | | `gbuffer_material` | R8G8B8A8_UNORM | roughness in 16 bits, metalness, occlusion |
+//! | | `gbuffer_emission` | R16G16B16A16_SFLOAT | emission, where something emits |
+//! | fat | five | R32G32B32A32_SFLOAT | position and roughness; normal and occlusion; base colour and metalness; specular colour and 1 where a surface is; ambient light and emission |
+//!
+//! Codes are UINT at every width, so that they are exact and one shader writes all three.
+
+use ash::vk;
+
+use super::forward::depth_state;
+use super::resources::{SceneHandles, chosen};
+use super::{DEPTH_FORMAT, RADIANCE_FORMAT};
+use crate::graph::access::{GraphicsStorageRead, GraphicsUniform, VertexStorageRead, VertexUniform};
+use crate::graph::{
+    Access, Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
+    Work,
+};
+use crate::plan::materials::Variant;
+use crate::plan::{Gbuffer, GbufferLayout, Plan};
+use crate::shaders::shade::{gbuffer, gbuffer_emissive, gbuffer_fat};
+use crate::shared;
+
+/// What readers of the G-buffer bind. What the layout lacks is another image of the same kind, which their shaders do not read.
+#[derive(Debug, Clone, Copy)]
+pub struct Layers {
+    /// D32F, reversed; always the scene's.
+    pub depth: ImageHandle,
+    /// As the shaders' `gbuffer_depth`.
+    pub sampled_depth: ImageHandle,
+    /// Compact.
+    pub base_color: ImageHandle,
+    /// Compact.
+    pub normals: ImageHandle,
+    /// Compact.
+    pub material: ImageHandle,
+    /// Compact, where something emits.
+    pub emission: ImageHandle,
+    /// Fat.
+    pub position_roughness: ImageHandle,
+    /// Fat.
+    pub normal_occlusion: ImageHandle,
+    /// Fat.
+    pub base_metallic: ImageHandle,
+    /// Fat.
+    pub specular_flag: ImageHandle,
+    /// Fat.
+    pub ambient_emission: ImageHandle,
+}
+
+impl Layers {
+    fn new(depth: ImageHandle, planned: &Gbuffer, images: &[ImageHandle], scene: &SceneHandles) -> Self {
+        let any = images[0];
+        let mut layers = Self {
+            depth,
+            sampled_depth: any,
+            base_color: any,
+            normals: scene.no_normals.unwrap_or(any),
+            material: any,
+            emission: any,
+            position_roughness: any,
+            normal_occlusion: any,
+            base_metallic: any,
+            specular_flag: any,
+            ambient_emission: any,
+        };
+        match planned.layout {
+            GbufferLayout::Compact => {
+                layers.sampled_depth = depth;
+                layers.normals = images[1];
+                layers.material = images[2];
+                layers.emission = images.get(3).copied().unwrap_or(any);
+            }
+            GbufferLayout::Fat => {
+                layers.normal_occlusion = images[1];
+                layers.base_metallic = images[2];
+                layers.specular_flag = images[3];
+                layers.ambient_emission = images[4];
+            }
+        }
+        layers
+    }
+
+    /// Bindings of a fragment shader that reads depth, with the one layout that serves sampling and a depth test alike.
+    pub fn with_depth(&self, mut bindings: Vec<Binding>) -> Vec<Binding> {
+        if self.sampled_depth == self.depth {
+            for binding in bindings.iter_mut().filter(|b| b.name == "gbuffer_depth") {
+                binding.access = Access::FragmentDepthSampled;
+            }
+        }
+        bindings
+    }
+}
+
+/// Values of the constants that every reader shares.
+pub struct GbufferConstants {
+    /// GBUFFER.
+    pub layout: u32,
+    /// NORMAL_BITS.
+    pub normal_bits: u32,
+    /// EMISSION.
+    pub emission: bool,
+}
+
+/// The readers' constants.
+pub fn gbuffer_constants(planned: &Gbuffer) -> GbufferConstants {
+    let layout = match planned.layout {
+        GbufferLayout::Compact => shared::GBUFFER_COMPACT,
+        GbufferLayout::Fat => shared::GBUFFER_FAT,
+    };
+    GbufferConstants { layout, normal_bits: planned.normal_bits, emission: planned.emission }
+}
+
+/// Names and formats in attachment order.
+fn attachments(planned: &Gbuffer) -> Vec<(&'static str, vk::Format)> {
+    if planned.layout == GbufferLayout::Fat {
+        return vec![
+            ("gbuffer_position_roughness", RADIANCE_FORMAT),
+            ("gbuffer_normal_occlusion", RADIANCE_FORMAT),
+            ("gbuffer_base_metallic", RADIANCE_FORMAT),
+            ("gbuffer_specular_flag", RADIANCE_FORMAT),
+            ("gbuffer_ambient_emission", RADIANCE_FORMAT),
+        ];
+    }
+    let normals = match planned.normal_bits {
+        8 => vk::Format::R8G8_UINT,
+        10 => vk::Format::A2B10G10R10_UINT_PACK32,
+        _ => vk::Format::R16G16_UINT,
+    };
+    let mut list = vec![
+        ("gbuffer_base_color", vk::Format::A2B10G10R10_UNORM_PACK32),
+        ("gbuffer_normals", normals),
+        ("gbuffer_material", vk::Format::R8G8B8A8_UNORM),
+    ];
+    if planned.emission {
+        list.push(("gbuffer_emission", vk::Format::R16G16B16A16_SFLOAT));
+    }
+    list
+}
+
+/// Adds the pass; `prepass` is the depth that is there already.
+pub fn add(
+    graph: &mut Graph,
+    plan: &Plan,
+    planned: &Gbuffer,
+    scene: &SceneHandles,
+    prepass: Option<ImageHandle>,
+) -> Layers {
+    let extent = [plan.view.width, plan.view.height];
+    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let images: Vec<_> =
+        attachments(planned).iter().map(|&(name, f)| graph.image(name, f, extent, Lifetime::Transient)).collect();
+    let (distinct, draws) = chosen(plan, |v| !v.unlit);
+    let render = Render {
+        colors: images.iter().map(|&image| ColorAttachment { image, clear: Some([0.0; 4]) }).collect(),
+        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
+        extent,
+        bindings: bindings(planned, scene),
+        material_bindings: scene.material_bindings.clone(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, planned, v, prepass.is_some())).collect(),
+        draws,
+        vertices: Some(scene.vertices),
+        indices: Some(scene.indices),
+    };
+    graph.add("gbuffer", Work::Render(render));
+    Layers::new(depth, planned, &images, scene)
+}
+
+fn bindings(planned: &Gbuffer, scene: &SceneHandles) -> Vec<Binding> {
+    if planned.layout == GbufferLayout::Fat {
+        let set = gbuffer_fat::Bindings {
+            frame: GraphicsUniform(scene.frame),
+            instances: VertexStorageRead(scene.instances),
+            materials: GraphicsStorageRead(scene.materials),
+        };
+        return set.list();
+    }
+    let set = gbuffer::Bindings {
+        frame: VertexUniform(scene.frame),
+        instances: VertexStorageRead(scene.instances),
+        materials: GraphicsStorageRead(scene.materials),
+    };
+    set.list()
+}
+
+fn pipeline(plan: &Plan, planned: &Gbuffer, variant: Variant, after_prepass: bool) -> GraphicsPipeline {
+    // The same constants as those of the two other programs but for NORMAL_BITS, which the fat one lacks.
+    let spec = gbuffer::Spec {
+        TEXTURES: variant.textures,
+        ALPHA_MASK: variant.masked,
+        UV_SETS: variant.uv_sets,
+        UV_TRANSFORMS: variant.uv_transforms,
+        VERTEX_COLORS: variant.vertex_colors,
+        UNLIT: false,
+        MIRRORED_LENS: plan.view.lens.mirrors(),
+        NORMAL_BITS: planned.normal_bits,
+    };
+    let program = match planned {
+        Gbuffer { layout: GbufferLayout::Fat, .. } => &gbuffer_fat::PROGRAM,
+        Gbuffer { emission: true, .. } => &gbuffer_emissive::PROGRAM,
+        _ => &gbuffer::PROGRAM,
+    };
+    GraphicsPipeline {
+        program,
+        constants: spec.values(),
+        colors: attachments(planned).iter().map(|a| a.1).collect(),
+        blend: Blend::Replace,
+        depth: Some(depth_state(after_prepass)),
+        depth_clamp: false,
+    }
+}

@@ -1,0 +1,341 @@
+//! Clusters: screen tiles cut along the view axis into slices about as deep as the tile is wide (O. Olsson, M. Billeter, U. Assarsson,
+//! "Clustered Deferred and Forward Shading", HPG 2012), and a bound for every buffer that they take.
+//!
+//! A perspective lens stores near / distance, whose bits are a piecewise linear log2: a slice is 2^shift of them, and integers find it
+//! (inc/cluster_slice.glsl). What it spans in metres is computed here in f64 and rounded outward.
+//!
+//! How many clusters hold samples only the device knows, so buffers are sized for the most that there can be: a tile has at most as many
+//! clusters as slices and as samples, and a light reaches only the slices within its distances. Where that passes a limit the slices are
+//! taken twice as deep until it does not.
+
+use super::{ClusterBounds, CullTest, DepthBounds, Limits, Request, Technique, Tiles};
+use crate::error::{Error, Result};
+use crate::math::cull;
+use crate::scene::view::View;
+use crate::shared::{BIN_TILES, BOX_WORDS, CELL_TEXELS, CELLS_WIDE, CULL_TEXELS, ClusterGrid, FAR_LIMIT, TileGrid};
+
+/// What the plan decided about clusters.
+#[derive(Debug, Clone)]
+pub struct Clusters {
+    /// For the device.
+    pub grid: ClusterGrid,
+    /// Nearest and farthest distance of each slice, metres: between them lie the distances of every depth that it holds.
+    pub slices: Vec<[f32; 4]>,
+    /// What bounds a cluster.
+    pub bounds: ClusterBounds,
+    /// Clusters are made of the samples that a pre-pass leaves; else every slice of every tile is one.
+    pub keyed: bool,
+    /// Tiles have several blocks, whose keys are sorted and merged; else keys ascend from the start.
+    pub merged: bool,
+    /// Bits of a key.
+    pub key_bits: u32,
+    /// Pairs of cluster and light, at most.
+    pub pairs: u64,
+    /// Lists are read by texel.
+    pub words_by_texel: bool,
+    /// Why these slices, and whether keys are sorted.
+    pub why: String,
+}
+
+/// Pixels along each side of a block: a thread walks through at most 256 samples.
+const BLOCK: u32 = 16;
+
+/// Most slices: a key holds one in 8 bits.
+const MOST_SLICES: u32 = 256;
+
+/// Relative error of `cull::distance_range` against f64 is less: 2^-21 of the reciprocal, in the distance and once more in its slack,
+/// `DISTANCE_SLACK` 2^-20, and a few roundings of 2^-24.
+const DISTANCE_MARGIN: f64 = 1.0 / 262_144.0;
+
+/// What the clusters of a light can be: its tiles, at most, and its distances.
+struct Reach {
+    tiles: u64,
+    near: f32,
+    far: f32,
+}
+
+/// The request as tiles get it: clusters know depths better than a mask, so their candidates have one only where it is asked for.
+///
+/// # Errors
+/// Clusters by normal, where the technique has no normals.
+pub(super) fn asked(technique: Technique, request: Request) -> Result<Request> {
+    if request.cluster_normals {
+        let name = technique.name();
+        return Err(Error::usage(format!(
+            "--cluster-normals is for clusters over a G-buffer, which {name} does not make"
+        )));
+    }
+    let clustered = technique == Technique::ClusteredForward;
+    let least = clustered.then_some(DepthBounds::MinMax);
+    Ok(Request { depth_bounds: request.depth_bounds.or(least), ..request })
+}
+
+impl Clusters {
+    /// Decides slices and sizes over `tiles`. No geometry is farther than `extent` metres from the eye.
+    ///
+    /// # Errors
+    /// Clusters that pass a limit of the device with one slice too.
+    pub fn new(request: &Request, tiles: &Tiles, view: &View, extent: f64, limits: &Limits) -> Result<Self> {
+        let reaches = reaches(tiles);
+        let mut refused = None;
+        for sliced in slicings(tiles, view, extent) {
+            let mut clusters = Self::sized(request, tiles, view, &reaches, sliced);
+            match clusters.check(tiles, limits) {
+                Ok(()) => {
+                    clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
+                    clusters.why = clusters.explain(refused.is_some());
+                    return Ok(clusters);
+                }
+                Err(error) => refused = Some(error),
+            }
+        }
+        Err(refused.unwrap_or_else(|| Error::new("no number of slices can be met")))
+    }
+
+    /// Everything that follows from the slices.
+    fn sized(request: &Request, tiles: &Tiles, view: &View, reaches: &[Reach], sliced: ClusterGrid) -> Self {
+        let (tile, keyed) = (tiles.tile, request.prepass);
+        let e = view.lens.extents();
+        let block = tile.min(BLOCK);
+        let parts = tile / block;
+        let most_keys = |side: u32| sliced.slices.min(side * side);
+        let room = |side: u32| room(&tiles.grid, side, sliced.slices);
+        let dense = u64::from(tiles.count_tiles()) * u64::from(sliced.slices);
+        let grid = ClusterGrid {
+            slice_bits: bits(sliced.slices),
+            block,
+            tile_parts: parts,
+            block_count: tiles.count_tiles() * parts * parts,
+            block_keys: most_keys(block),
+            entry_capacity: saturated(room(block)),
+            capacity: saturated(if keyed { room(tile) } else { dense }),
+            pixel_x: pixel_axis(e.left, e.right, view.width),
+            pixel_y: pixel_axis(e.top, e.bottom, view.height),
+            ..sliced
+        };
+        let slices = slice_table(&tiles.grid, &grid);
+        let in_tile = if keyed { most_keys(tile) } else { grid.slices };
+        Self {
+            pairs: pairs(reaches, &slices, in_tile),
+            key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
+            bounds: request.cluster_bounds_or_default(),
+            merged: keyed && parts > 1,
+            words_by_texel: false,
+            why: String::new(),
+            grid,
+            slices,
+            keyed,
+        }
+    }
+
+    /// Bytes of every buffer and image that clusters take beside those of tiles.
+    pub fn bytes(&self) -> u64 {
+        let [blocks, entries, clusters] =
+            [self.grid.block_count, self.grid.entry_capacity, self.grid.capacity].map(u64::from);
+        // Cells, counts and offsets.
+        let assigned = clusters * (4 * u64::from(CELL_TEXELS) + 2) + self.pairs;
+        let keys = blocks * (u64::from(self.grid.block_keys) + 2) + clusters;
+        let boxes = if self.bounds == ClusterBounds::Explicit { entries * u64::from(BOX_WORDS) } else { 0 };
+        // Keys with origins, sorted; two buffers of pairs; heads and their offsets; clusters of entries.
+        let sorted = if self.merged { entries * 11 + boxes } else { entries };
+        let keyed = if self.keyed { keys + boxes + sorted } else { 0 };
+        4 * (assigned + keyed) + self.slices.len() as u64 * 16
+    }
+
+    /// Words of the longer of lists and offsets.
+    fn most_list_words(&self) -> u64 {
+        self.pairs.max(u64::from(self.grid.capacity) + 1)
+    }
+
+    fn check(&self, tiles: &Tiles, limits: &Limits) -> Result<()> {
+        let grid = &self.grid;
+        let (width, height, slices) = (tiles.grid.width, tiles.grid.height, grid.slices);
+        let named = format!("clusters of {0}x{0} pixels in {slices} slices across {width}x{height}", tiles.tile);
+        if self.keyed && self.key_bits > u32::BITS {
+            return Err(Error::new(format!("{named} need keys of {} bits, a key has 32", self.key_bits)));
+        }
+        let keys = u64::from(grid.block_count) * u64::from(grid.block_keys);
+        let boxes = u64::from(grid.entry_capacity) * u64::from(BOX_WORDS);
+        let keyed = if self.keyed { keys.max(boxes) } else { 0 };
+        let bytes = keyed.max(self.most_list_words()) * 4;
+        let most = limits.max_storage_bytes.min(limits.max_buffer_bytes);
+        if bytes > most {
+            return Err(Error::new(format!("{named} need {bytes} bytes, this device binds at most {most} at once")));
+        }
+        let side = limits.max_image_dimension;
+        if CELLS_WIDE * CELL_TEXELS > side || grid.capacity.div_ceil(CELLS_WIDE) > side {
+            let room = u64::from(side) * u64::from(CELLS_WIDE);
+            return Err(Error::new(format!("{named} may be {}, this device's images hold {room}", grid.capacity)));
+        }
+        Ok(())
+    }
+
+    fn explain(&self, coarser: bool) -> String {
+        let slices = self.grid.slices;
+        let octave = f64::from(23 - self.grid.slice_shift as i32).exp2();
+        let depth = if self.grid.slice_top == 0 { "linear".to_string() } else { format!("{octave} an octave") };
+        let fewer = if coarser { ", as many as this device's buffers hold lists for" } else { "" };
+        let keys = match (self.keyed, self.merged) {
+            (false, _) => "every slice of every tile is a cluster",
+            (true, false) => "a tile is one block and keys ascend: no sort",
+            (true, true) => "a tile has several blocks: keys are sorted and merged",
+        };
+        format!("{slices} slices, {depth}{fewer}; {keys}")
+    }
+}
+
+/// Bits that tell `count` things apart.
+fn bits(count: u32) -> u32 {
+    u32::BITS - count.saturating_sub(1).leading_zeros()
+}
+
+fn saturated(count: u64) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+/// Clusters that squares of `side` pixels may have together: in each at most one a slice and one a sample.
+fn room(grid: &TileGrid, side: u32, slices: u32) -> u64 {
+    let parts = |pixels: u32| [(pixels / side, side), (1, pixels % side)];
+    let squares = parts(grid.width).into_iter().flat_map(|x| parts(grid.height).map(|y| (x, y)));
+    let most = |samples: u64| samples.min(u64::from(slices));
+    squares.map(|((m, w), (n, h))| u64::from(m) * u64::from(n) * most(u64::from(w) * u64::from(h))).sum()
+}
+
+/// Ways to slice the view, finest first, each twice as deep as the one before it; the last has one slice.
+fn slicings(tiles: &Tiles, view: &View, extent: f64) -> Vec<ClusterGrid> {
+    let e = view.lens.extents();
+    let farthest = extent.min(view.zfar.unwrap_or(f64::INFINITY)).max(view.znear);
+    // Metres, or tangent.
+    let wide = (e.top - e.bottom).abs() * f64::from(tiles.tile) / f64::from(view.height);
+    let mut found: Vec<_> = if view.lens.is_perspective() {
+        exponential(&tiles.grid, wide, farthest)
+    } else {
+        linear(&tiles.grid, wide, farthest - view.znear)
+    };
+    found.retain(|grid| grid.slices <= MOST_SLICES);
+    let coarsest = found.iter().position(|grid| grid.slices == 1);
+    found.truncate(coarsest.map_or(found.len(), |last| last + 1));
+    found
+}
+
+/// Slices in which distance grows by a factor of about 1 + `wide`, to the nearest power of two an octave.
+fn exponential(grid: &TileGrid, wide: f64, farthest: f64) -> Vec<ClusterGrid> {
+    let octave = std::f64::consts::LN_2 / wide.ln_1p();
+    let finest = 23 - octave.log2().round().clamp(0.0, 20.0) as u32;
+    let slice_top = (1.0 + grid.depth_scale).to_bits();
+    let last = (f64::from(grid.depth_offset) / farthest) as f32;
+    let span = slice_top - last.max(f32::MIN_POSITIVE).to_bits().min(slice_top);
+    let of = |slice_shift: u32| ClusterGrid {
+        slices: (span >> slice_shift) + 1,
+        slice_top,
+        slice_shift,
+        ..ClusterGrid::default()
+    };
+    (finest..u32::BITS).map(of).collect()
+}
+
+/// Slices of `wide` metres over `depth` metres.
+fn linear(grid: &TileGrid, wide: f64, depth: f64) -> Vec<ClusterGrid> {
+    let finest = wide.max(depth / f64::from(MOST_SLICES));
+    let of = |doublings: u32| {
+        let each = finest * f64::from(1u32 << doublings);
+        let slices = (depth / each).ceil().clamp(1.0, f64::from(MOST_SLICES)) as u32;
+        let scale = if slices > 1 { (f64::from(grid.depth_scale) / each) as f32 } else { 0.0 };
+        ClusterGrid { slices, slice_scale: scale.min(FAR_LIMIT), ..ClusterGrid::default() }
+    };
+    (0..10).map(of).collect()
+}
+
+/// Nearest and farthest distance of each slice.
+fn slice_table(grid: &TileGrid, clusters: &ClusterGrid) -> Vec<[f32; 4]> {
+    let last = clusters.slices - 1;
+    let of = |slice: u32| {
+        let [near, far] = match grid.perspective {
+            0 => linear_slice(grid, clusters, slice),
+            _ => exponential_slice(grid, clusters, slice),
+        };
+        let far = if slice == last { f64::from(FAR_LIMIT) } else { far };
+        [(near as f32).next_down(), (far as f32).next_up().min(FAR_LIMIT), 0.0, 0.0]
+    };
+    (0..=last).map(of).collect()
+}
+
+/// As `cull::distance_range` at both ends of a slice, with its error added. What lies in a slice has at most the depth of its first end,
+/// so it is no nearer, even where nothing is known of how far it is.
+fn exponential_slice(grid: &TileGrid, clusters: &ClusterGrid, slice: u32) -> [f64; 2] {
+    let at = |bits: u32| {
+        let inverse = 1.0 / f64::from(f32::from_bits(bits)).max(1e-37);
+        (f64::from(grid.depth_offset) * inverse, f64::from(grid.depth_slack) * inverse)
+    };
+    let first = slice << clusters.slice_shift;
+    let (d, e) = at(clusters.slice_top - first);
+    let near = d - d * e - (d + d * e) * DISTANCE_MARGIN;
+    // The last slice, whose end may lie below 0, is unbounded.
+    let (d, e) = at(clusters.slice_top.saturating_sub(first + ((1 << clusters.slice_shift) - 1)));
+    let known = e * (1.0 + DISTANCE_MARGIN) < 0.5;
+    [near, if known { (d + 2.0 * d * e) * (1.0 + DISTANCE_MARGIN) } else { f64::from(FAR_LIMIT) }]
+}
+
+/// The same for linear slices: an ulp of 1 is what rounding may take from the reversed depth, and each distance is off by less than
+/// 2^-20 of the largest.
+fn linear_slice(grid: &TileGrid, clusters: &ClusterGrid, slice: u32) -> [f64; 2] {
+    let [offset, scale, slack] = [grid.depth_offset, grid.depth_scale, grid.depth_slack].map(f64::from);
+    let each = if clusters.slice_scale > 0.0 { scale / f64::from(clusters.slice_scale) } else { scale };
+    let near = offset - scale + each * f64::from(slice);
+    let margin = scale * (slack + f64::from(f32::EPSILON)) + (offset.abs() + scale) * DISTANCE_MARGIN;
+    [near - margin, near + each + margin]
+}
+
+/// Edge of pixel 0 and step from edge to edge, and what rounding may take from an edge: half an ulp of each of the two, of their product
+/// and of the sum, less than 2^-22 of either.
+fn pixel_axis(first: f64, last: f64, pixels: u32) -> [f32; 3] {
+    let slack = (first.abs() + (last - first).abs()) / 2_097_152.0;
+    [first as f32, ((last - first) / f64::from(pixels)) as f32, (slack as f32).next_up()]
+}
+
+/// Tiles whose lists can hold each light, and its distances; lights that no tile sees are left out.
+fn reaches(tiles: &Tiles) -> Vec<Reach> {
+    let (columns, rows) = tiles.edges.split_at(tiles.grid.columns as usize + 1);
+    let by_rectangle = matches!(tiles.cull, CullTest::Bounds | CullTest::BoundsTextbook);
+    let across = |edges: &[[f32; 4]], first: f32, last: f32, [x, z, radius]: [f32; 3]| {
+        if first > last {
+            return 0;
+        }
+        if by_rectangle {
+            return (last - first) as u64 + 1;
+        }
+        // Planes are asked for the tiles of the light's bins.
+        let bin = |tile: f32| (tile as u32 / BIN_TILES * BIN_TILES) as usize;
+        let end = (bin(last) + BIN_TILES as usize).min(edges.len() - 1);
+        let passes =
+            |e: &&[[f32; 4]]| cull::edge_distance(e[0], x, z) >= -radius && cull::edge_distance(e[1], x, z) <= radius;
+        edges[bin(first)..=end].windows(2).filter(passes).count() as u64
+    };
+    let of = |light: &[[f32; 4]]| {
+        let ([x, y, z, _], [near, far, radius, _], [x0, x1, y0, y1]) = (light[0], light[1], light[2]);
+        let tiles = across(columns, x0, x1, [x, z, radius]) * across(rows, y0, y1, [y, z, radius]);
+        Reach { tiles, near, far }
+    };
+    let all = tiles.lights.chunks_exact(CULL_TEXELS as usize).map(of);
+    all.filter(|reach| reach.tiles > 0 && reach.near <= reach.far).collect()
+}
+
+/// Pairs of cluster and light, at most, where a tile has at most `in_tile` clusters.
+fn pairs(reaches: &[Reach], slices: &[[f32; 4]], in_tile: u32) -> u64 {
+    let sorted = |end: usize| {
+        let mut ends: Vec<f32> = slices.iter().map(|slice| slice[end]).collect();
+        ends.sort_unstable_by(f32::total_cmp);
+        ends
+    };
+    let (nears, fars) = (sorted(0), sorted(1));
+    let of = |reach: &Reach| {
+        // Slices that begin before the light ends, less those that end before it begins.
+        let begun = nears.partition_point(|&near| near <= reach.far);
+        let ended = fars.partition_point(|&far| far < reach.near);
+        reach.tiles * (begun.saturating_sub(ended) as u64).min(u64::from(in_tile))
+    };
+    reaches.iter().map(of).sum()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+//! The G-buffer: what it stores, how many bytes that takes, and how lights are added over it.
+
+use super::light_volumes::LightVolumes;
+use super::lights::check_loops;
+use super::request::{DeferredLights, GbufferLayout, Technique};
+use super::{Effect, Limits, Plan, Request};
+use crate::error::{Error, Result};
+use crate::scene::LightKind;
+use crate::scene::view::View;
+use crate::shared::MAX_HALF;
+
+/// Colour attachments of the fat layout.
+const FAT_ATTACHMENTS: u32 = 5;
+
+/// What a pixel of the G-buffer holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gbuffer {
+    /// Fat: everything in 32-bit floats. Compact: position from depth, codes for the rest.
+    pub layout: GbufferLayout,
+    /// Of each of the two codes of a normal in the compact layout: 8, 10 or 16.
+    pub normal_bits: u32,
+    /// The compact layout has an image of emission.
+    pub emission: bool,
+}
+
+impl Gbuffer {
+    /// Bytes a pixel, depth not counted.
+    pub fn texel_bytes(&self) -> u64 {
+        match self.layout {
+            GbufferLayout::Fat => u64::from(FAT_ATTACHMENTS) * 16,
+            // Base colour and material are 4 each.
+            GbufferLayout::Compact => 8 + if self.normal_bits == 8 { 2 } else { 4 } + if self.emission { 8 } else { 0 },
+        }
+    }
+
+    fn new(plan: &mut Plan, request: &Request, limits: &Limits) -> Result<Self> {
+        let compact = request.gbuffer == GbufferLayout::Compact;
+        let most = limits.max_color_attachments;
+        if !compact && most < FAT_ATTACHMENTS {
+            return Err(Error::new(format!(
+                "--gbuffer fat needs {FAT_ATTACHMENTS} colour attachments, this device grants {most}"
+            )));
+        }
+        let brightest = brightest_emission(plan);
+        if compact && brightest > MAX_HALF {
+            plan.notes.push(format!(
+                "emission up to {brightest:e} is clamped once to {MAX_HALF}, the most that the compact G-buffer holds"
+            ));
+        }
+        let emission = compact && brightest > 0.0;
+        Ok(Self { layout: request.gbuffer, normal_bits: request.normal_bits, emission })
+    }
+}
+
+/// Largest emission of what is drawn lit, maps not counted.
+fn brightest_emission(plan: &Plan) -> f32 {
+    let lit = plan.geometry.draws.iter().filter(|d| !d.variant.unlit);
+    lit.flat_map(|d| plan.materials.data[d.material].emissive).fold(0.0, f32::max)
+}
+
+/// How lights are added over the G-buffer; every form adds them in the order of ids and gives the same picture.
+#[derive(Debug, Clone)]
+pub enum LightPass {
+    /// Light by light, by blending.
+    Volumes(LightVolumes),
+    /// One pass that loops over all of them.
+    Fullscreen {
+        /// Lights out of range are stepped over.
+        branch: bool,
+    },
+    /// A compute pass that loops over the lights of each tile.
+    Tiles,
+}
+
+/// The deferred part of a plan.
+#[derive(Debug, Clone)]
+pub struct Deferred {
+    /// What is stored.
+    pub gbuffer: Gbuffer,
+    /// How it is lit.
+    pub light_pass: LightPass,
+}
+
+impl Deferred {
+    /// Decides for the plan's technique; `None` where it is not a deferred one. No geometry is farther than `extent` metres from the eye.
+    ///
+    /// # Errors
+    /// A G-buffer or a loop that this device does not grant.
+    pub fn new(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) -> Result<Option<Self>> {
+        let light_pass = match plan.technique {
+            Technique::Deferred => light_pass(plan, request, extent, limits)?,
+            Technique::TiledDeferred => LightPass::Tiles,
+            _ => return Ok(None),
+        };
+        Ok(Some(Self { gbuffer: Gbuffer::new(plan, request, limits)?, light_pass }))
+    }
+
+    /// The volumes, where lights are added by them.
+    pub fn volumes(&self) -> Option<&LightVolumes> {
+        match &self.light_pass {
+            LightPass::Volumes(volumes) => Some(volumes),
+            _ => None,
+        }
+    }
+}
+
+fn light_pass(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) -> Result<LightPass> {
+    let mut form = request.deferred_lights;
+    if form == DeferredLights::Volumes && !limits.float_blend {
+        plan.notes.push(
+            "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes"
+                .into(),
+        );
+        form = DeferredLights::FullscreenBranch;
+    }
+    if form == DeferredLights::Volumes {
+        let directional = plan.lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count();
+        check_loops(directional as u32, false, limits)?;
+        return Ok(LightPass::Volumes(LightVolumes::new(&plan.lighting, &plan.view, extent, limits)?));
+    }
+    let branch = form == DeferredLights::FullscreenBranch && plan.lights.seek;
+    check_loops(plan.lights.count, branch, limits)?;
+    Ok(LightPass::Fullscreen { branch })
+}
+
+/// Offset and scale that turn stored depth into distance. Perspective: distance = offset / (depth + scale). Orthographic: distance =
+/// offset - depth * scale.
+pub fn depth_terms(view: &View) -> [f32; 2] {
+    let clip = view.view_to_clip();
+    let (scale, offset) = (clip.z_axis.z, clip.w_axis.z);
+    let terms = if view.lens.is_perspective() { [offset, scale] } else { [offset / scale, 1.0 / scale] };
+    terms.map(|x| x as f32)
+}
+
+/// Whether there is a G-buffer, and what it takes.
+pub(super) fn effect(plan: &Plan) -> Effect {
+    let planned = plan.deferred.as_ref().map(|d| d.gbuffer);
+    let default = Gbuffer { layout: GbufferLayout::Compact, normal_bits: 16, emission: brightest_emission(plan) > 0.0 };
+    let bytes = planned.unwrap_or(default).texel_bytes();
+    let why = match planned {
+        None => format!("{} needs none", plan.technique.name()),
+        Some(Gbuffer { layout: GbufferLayout::Fat, .. }) => format!("fat, {bytes} bytes a pixel: all in 32-bit floats"),
+        Some(Gbuffer { normal_bits, emission, .. }) => {
+            let emission = if emission { ", with emission" } else { ", nothing emits" };
+            format!("compact, {bytes} bytes a pixel: normals in 2 x {normal_bits} bits{emission}")
+        }
+    };
+    Effect { name: "gbuffer", runs: planned.is_some(), why, bytes: bytes * plan.pixels() }
+}
+
+/// Whether light volumes are drawn, and how many.
+pub(super) fn volumes_effect(plan: &Plan) -> Effect {
+    let (why, bytes) = match plan.deferred.as_ref().map(|d| (d, d.volumes())) {
+        None => (format!("{} adds no light by blending", plan.technique.name()), 0),
+        Some((_, Some(volumes))) => (volumes.why(), volumes.bytes()),
+        Some((Deferred { light_pass: LightPass::Tiles, .. }, _)) => ("lights are listed by tile".into(), 0),
+        Some(_) => ("one pass loops over all lights".into(), 0),
+    };
+    let runs = plan.deferred.as_ref().is_some_and(|d| d.volumes().is_some());
+    Effect { name: "light_volumes", runs, why, bytes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, builtin};
+
+    fn scene() -> Scene {
+        builtin::load("cornell").expect("a built-in scene")
+    }
+
+    fn plan(request: &Request, limits: &Limits) -> Result<Plan> {
+        Plan::new(&scene(), request, limits)
+    }
+
+    fn deferred() -> Request {
+        Request { technique: Technique::Deferred, ..Request::default() }
+    }
+
+    #[test]
+    fn the_fat_layout_is_refused_where_four_attachments_are_all() {
+        let request = Request { gbuffer: GbufferLayout::Fat, ..deferred() };
+        let refused = plan(&request, &Limits::MINIMUM).expect_err("too many attachments").to_string();
+        assert!(refused.contains("--gbuffer fat") && refused.contains('5') && refused.contains('4'), "{refused}");
+        let limits = Limits { max_color_attachments: 5, ..Limits::MINIMUM };
+        let gbuffer = plan(&request, &limits).expect("a plan").deferred.expect("deferred").gbuffer;
+        assert_eq!(gbuffer.texel_bytes(), 80);
+    }
+
+    #[test]
+    fn bytes_go_with_normals_and_emission() {
+        let bytes =
+            |normal_bits, emission| Gbuffer { layout: GbufferLayout::Compact, normal_bits, emission }.texel_bytes();
+        assert_eq!([bytes(8, false), bytes(10, false), bytes(16, false), bytes(16, true)], [10, 12, 12, 20]);
+        let planned = plan(&deferred(), &Limits::MINIMUM).expect("a plan").deferred.expect("deferred");
+        // The lamp of the room emits.
+        assert!(planned.gbuffer.emission);
+    }
+
+    #[test]
+    fn without_float_blending_the_branching_loop_stands_in() {
+        let without = plan(&deferred(), &Limits::MINIMUM).expect("a plan");
+        assert!(without.notes.iter().any(|n| n.contains("cannot blend")));
+        assert!(without.deferred.is_some_and(|d| matches!(d.light_pass, LightPass::Fullscreen { branch: true })));
+        let limits = Limits { float_blend: true, ..Limits::MINIMUM };
+        let with = plan(&deferred(), &limits).expect("a plan");
+        assert!(with.deferred.is_some_and(|d| d.volumes().is_some()));
+    }
+}
