@@ -29,7 +29,7 @@ use lampyris::gpu::Options;
 use lampyris::measure::exposure::{self, Tonemap};
 use lampyris::measure::file;
 use lampyris::measure::metrics::{self, Difference};
-use lampyris::plan::{Limits, Plan, Request};
+use lampyris::plan::{Limits, Plan, Request, Technique};
 use lampyris::reference::render::Reference;
 use lampyris::reference::shade::Shader;
 use lampyris::renderer::Renderer;
@@ -59,7 +59,7 @@ fn run(folder: &Path) -> Result<()> {
     let scene = builtin::load("cornell")?;
     let device = Renderer::new(&Options::default());
     let limits = device.as_ref().map_or(Limits::MINIMUM, Renderer::limits);
-    let request = Request { width: SIZE[0], height: SIZE[1], ..Request::default() };
+    let request = Request { width: SIZE[0], height: SIZE[1], technique: Technique::Forward, ..Request::default() };
     let plan = Plan::new(&scene, &request, &limits)?;
     println!("scene      {}, {} triangles", scene.name, scene.triangle_count());
     let drawn = match &device {

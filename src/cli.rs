@@ -4,11 +4,17 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use accuracy::{Accuracy, KnobName};
+pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
-pub use deferred::{DeferredLightsArg, GbufferArg};
+pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
+pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg};
 
+mod accuracy;
+mod bench;
 mod debug_view;
 mod deferred;
+mod light_lists;
 
 /// A Vulkan renderer for scenes with very many lights, every step explicit.
 #[derive(Debug, Parser)]
@@ -36,6 +42,8 @@ pub enum Command {
     Check(Check),
     /// Run an experiment.
     Bench(Bench),
+    /// Say what each knob costs: error against time and bytes, and the settings that no other beats.
+    Accuracy(Accuracy),
 }
 
 /// Options that choose scene, light and camera.
@@ -66,11 +74,17 @@ pub struct Shared {
     #[arg(long, value_enum)]
     pub depth_bounds: Option<DepthBoundsArg>,
     /// Pixels along each side of a tile.
-    #[arg(long, value_name = "8|16|32|64", default_value = "16", value_parser = parse_tile)]
+    #[arg(long, value_name = "8|16|32|64", default_value = "16", value_parser = light_lists::parse_tile)]
     pub tile: u32,
     /// What bounds a cluster [default: explicit with a pre-pass, implicit without].
     #[arg(long, value_enum)]
     pub cluster_bounds: Option<ClusterBoundsArg>,
+    /// Slices of clusters in each doubling of distance [default: about as deep as the tile is wide].
+    #[arg(long, value_name = "1|2|4|...|64", value_parser = light_lists::parse_slices)]
+    pub slices_per_octave: Option<u32>,
+    /// Where clusters find the lights that may reach them.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub assign: AssignArg,
     /// Make clusters of samples with like normals; needs a G-buffer.
     #[arg(long, hide = true)]
     pub cluster_normals: bool,
@@ -83,6 +97,9 @@ pub struct Shared {
     /// Bits of each of a normal's two codes in the compact G-buffer.
     #[arg(long, value_name = "8|10|16", default_value = "16", value_parser = deferred::parse_normal_bits)]
     pub normal_bits: u32,
+    /// What --deferred-lights volumes add in.
+    #[arg(long, value_enum, default_value = "f32")]
+    pub accumulation: AccumulationArg,
     /// Draw a small sphere of each light's colour where it stands.
     #[arg(long)]
     pub show_lights: bool,
@@ -238,80 +255,12 @@ pub struct Check {
     /// Run the long ones too: up to an hour.
     #[arg(long)]
     pub deep: bool,
-    /// Write the machine form here, - for standard output.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-}
-
-/// Arguments of `bench`.
-#[derive(Debug, Clone, Args)]
-pub struct Bench {
-    /// Which experiment.
-    #[arg(value_enum)]
-    pub name: BenchName,
-    /// Device or driver whose name contains this; given more than once, the devices are measured side by side.
+    /// Run only the checks whose name contains this, such as tile_lists.
     #[arg(long, value_name = "SUBSTRING")]
-    pub driver: Vec<String>,
-    /// A .gltf or .glb file, or builtin:NAME[:key=value,...] [default: the experiment's own].
-    #[arg(long)]
-    pub scene: Option<String>,
-    /// Picture size in pixels, of `resolution` the largest [default: the experiment's own].
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Reflection model.
-    #[arg(long, value_enum, default_value = "gltf")]
-    pub shading: ShadingArg,
-    /// Numbers of lights; experiments that draw one number take the largest [default: the experiment's own].
-    #[arg(long, value_name = "N,...", value_delimiter = ',',
-        value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
-    pub lights: Vec<u32>,
-    /// Range of every light in metres, of `million` that of 4,096 lights [default: the experiment's own].
-    #[arg(long, value_name = "R|inf", allow_hyphen_values = true)]
-    pub light_range: Option<f64>,
-    /// Seed of the scattered lights.
-    #[arg(long, visible_alias = "seed", value_name = "S", default_value_t = 1)]
-    pub light_seed: u64,
-    /// Camera path of `path` [default: one through the atrium].
-    #[arg(long, value_name = "FILE.json")]
-    pub path: Option<PathBuf>,
-    /// Most frames to time of each case, interleaved [default: 9, with --quick 3].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub frames: Option<u32>,
-    /// Fewer cases and frames, smaller pictures.
-    #[arg(long)]
-    pub quick: bool,
-    /// Write the experiment's figures into this folder, as NAME.svg and NAME.png.
-    #[arg(long, value_name = "DIR")]
-    pub plot: Option<PathBuf>,
-    /// Write one page of all tables and figures into this folder, as index.html.
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
+    pub only: Option<String>,
     /// Write the machine form here, - for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-}
-
-/// Experiments that have landed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BenchName {
-    /// All of them, one after the other.
-    All,
-    /// Full-screen loop over N lights for each light fetch: the most that shading can reach on this driver.
-    Ceiling,
-    /// Every technique over the number of lights.
-    Lights,
-    /// No depth pre-pass, one, and one with depth bounds.
-    Prepass,
-    /// Tile size, depth bounds and technique, with the times of depth reduction, list building and shading.
-    Tiles,
-    /// Every technique over the size of the picture.
-    Resolution,
-    /// Every technique seen by a person and from above.
-    Views,
-    /// Frames a second along a camera path.
-    Path,
-    /// Up to a million lights, as many of them in each pixel.
-    Million,
 }
 
 /// `--limits`.
@@ -336,7 +285,9 @@ pub enum TechniqueChoice {
     TiledDeferred,
     /// Every fragment loops over the lights of its screen tile.
     TiledForward,
-    /// Every fragment loops over the lights of its cluster, a slice of its screen tile.
+    /// Every pixel of a G-buffer loops over the lights of its cluster, a slice of its screen tile.
+    ClusteredDeferred,
+    /// Every fragment loops over the lights of its cluster.
     ClusteredForward,
     /// Rays in f64 on the CPU: the judge.
     Reference,
@@ -362,40 +313,6 @@ pub enum FetchArg {
     Uniform,
     /// Uniform texel buffer.
     Texel,
-}
-
-/// `--cull`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum CullArg {
-    /// Lights whose screen rectangle, from tangents, touches the tile.
-    Bounds,
-    /// The same with rectangles from the textbook's divisions, which lose lights.
-    BoundsTextbook,
-    /// Lights that reach between the tile's planes.
-    Frustum,
-    /// Lights that reach between the tile's planes and touch its view-space box.
-    FrustumAabb,
-}
-
-/// `--depth-bounds`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DepthBoundsArg {
-    /// Nothing is known.
-    Off,
-    /// Nearest and farthest sample.
-    Minmax,
-    /// These, and which slots between them hold samples.
-    #[value(name = "2.5d")]
-    Mask,
-}
-
-/// `--cluster-bounds`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ClusterBoundsArg {
-    /// Its tile and slice.
-    Implicit,
-    /// The box of its samples.
-    Explicit,
 }
 
 /// `--shading`.
@@ -426,13 +343,6 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     match (number(w)?, number(h)?) {
         (0, _) | (_, 0) => Err("a picture needs at least one pixel".into()),
         size => Ok(size),
-    }
-}
-
-fn parse_tile(text: &str) -> Result<u32, String> {
-    match text {
-        "8" | "16" | "32" | "64" => text.parse().map_err(|_| "a tile is 8, 16, 32 or 64 pixels wide".into()),
-        _ => Err("a tile is 8, 16, 32 or 64 pixels wide".into()),
     }
 }
 

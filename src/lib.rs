@@ -91,7 +91,7 @@
 //! - [`renderer`]: the way through on a device; below it [`gpu`] owns Vulkan's objects, [`record`] writes commands and
 //!   [`submit`] runs them.
 //! - [The reference](mod@reference): the same picture by rays in f64.
-//! - [`lists`]: light lists as a device makes them, judged in f64 and counted.
+//! - [`lists`]: light lists as a device makes them, judged in f64 and counted; [`gbuffer`]: what it stores of surfaces.
 //! - [`measure`]: [`measure::metrics`] compares pictures, [`measure::times`] has medians, [`measure::exposure`] and
 //!   [`measure::file`] lead to a PNG or an EXR.
 //! - [`checks`]: the hard cases that `lampyris check` prints, to be run on any device.
@@ -111,6 +111,7 @@ pub mod checks;
 pub mod cli;
 pub mod commands;
 pub mod error;
+pub mod gbuffer;
 pub mod gpu;
 pub mod graph;
 pub mod lists;
@@ -118,6 +119,7 @@ pub mod math;
 pub mod measure;
 pub mod passes;
 pub mod plan;
+pub mod profile_file;
 pub mod record;
 pub mod reference;
 pub mod renderer;

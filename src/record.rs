@@ -15,7 +15,7 @@ use crate::graph::access::{Access, pipeline_stages};
 use crate::graph::hazard::Barrier;
 use crate::graph::log::{Accessed, Event, MemoryBarrier};
 use crate::graph::program::Program;
-use crate::graph::{Binding, Graph, Resource, Work};
+use crate::graph::{Binding, Graph, Groups, Resource, Work};
 
 /// Where commands of one submission go.
 pub struct Recorder<'a> {
@@ -136,13 +136,28 @@ impl Recorder<'_> {
         }
     }
 
+    fn dispatch(&mut self, name: &str, groups: Groups, realized: &Realized) {
+        let device = &self.device.raw;
+        match groups {
+            Groups::Fixed([x, y, z]) => {
+                // SAFETY: pipeline and set are bound; `Realized::create` checked groups against limits.
+                unsafe { device.cmd_dispatch(self.commands, x, y, z) };
+            }
+            Groups::Indirect(buffer) => {
+                // SAFETY: as above; the buffer holds three words, written by an earlier node that keeps them to every device's limits.
+                unsafe { device.cmd_dispatch_indirect(self.commands, realized.buffer(buffer).raw, 0) };
+                self.log_as(name, "groups", Resource::Buffer(buffer), Access::IndirectRead);
+            }
+        }
+    }
+
     /// Records one node's commands; the stage after which its timestamp is taken.
     fn work(&mut self, name: &str, work: &Work, objects: &NodeObjects, realized: &Realized) -> PipelineStageFlags2 {
         let device = &self.device.raw;
         match work {
             Work::Dispatch { pipeline, bindings, push, groups } => {
                 let made = &realized.pipelines[objects.pipelines[0]];
-                // SAFETY: pipeline, set and layout belong together; `Realized::create` checked groups against limits.
+                // SAFETY: pipeline, set and layout belong together.
                 unsafe {
                     device.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, made.raw);
                     if let Some(set) = objects.sets[0].shared {
@@ -153,8 +168,8 @@ impl Recorder<'_> {
                         let stages = vk::ShaderStageFlags::COMPUTE;
                         device.cmd_push_constants(self.commands, made.layout, stages, 0, push);
                     }
-                    device.cmd_dispatch(self.commands, groups[0], groups[1], groups[2]);
                 }
+                self.dispatch(name, *groups, realized);
                 self.log_bindings(name, pipeline.program, 0, bindings);
                 PipelineStageFlags2::COMPUTE_SHADER
             }

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use ash::vk;
 use bytemuck::{bytes_of, cast_slice};
+use exr::prelude::f16;
 
 use crate::error::{Error, Result};
 use crate::gpu::instance::Messages;
@@ -20,7 +22,9 @@ use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
 use crate::passes::{self, Frame, SceneHandles};
 use crate::plan::gbuffer::depth_terms;
+use crate::plan::profile::Profile;
 use crate::plan::{Deferred, Limits, Plan};
+use crate::profile_file;
 use crate::record::Recorder;
 use crate::record::upload::Uploader;
 use crate::scene::{LightKind, Scene, mips};
@@ -33,6 +37,7 @@ const LOGGED_FRAMES: usize = 3;
 /// An open device with its pipeline cache.
 pub struct Renderer {
     cache: PipelineCache,
+    profile: Profile,
     device: Arc<Device>,
 }
 
@@ -44,7 +49,8 @@ impl Renderer {
     pub fn new(options: &Options) -> Result<Self> {
         let device = Arc::new(Device::create(options)?);
         let cache = PipelineCache::create(&device)?;
-        Ok(Self { cache, device })
+        let profile = profile_file::load(&device.facts);
+        Ok(Self { cache, profile, device })
     }
 
     /// The device.
@@ -68,6 +74,7 @@ impl Renderer {
             max_storage_bytes: u64::from(limits.max_storage_buffer_range),
             max_uniform_bytes: u64::from(limits.max_uniform_buffer_range),
             max_texel_elements: u64::from(limits.max_texel_buffer_elements),
+            profile: Some(self.profile.clone()),
             sub_pixel_bits: limits.sub_pixel_precision_bits,
             max_color_attachments: limits.max_color_attachments,
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
@@ -222,6 +229,10 @@ fn upload(
         uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
         uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
     }
+    if let (Some(tiles), Some(given)) = (&plan.tiles, &handles.given_bounds) {
+        let levels = [(tiles.grid.columns, tiles.grid.rows, cast_slice(&given.texels))];
+        uploader.image(queue, realized.image(given.image), &levels)?;
+    }
     if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
         uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
         uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slices))?;
@@ -348,8 +359,13 @@ impl Prepared {
         for &(name, buffer) in &self.frame.results {
             let bytes = self.realized.buffer(buffer).mapped();
             let bytes = bytes.ok_or_else(|| Error::new(format!("the read-back of {name} is not mapped")))?;
-            let values = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-            picture.add_layer(name, values.collect());
+            let halves = self.frame.graph.buffer_info(buffer).texel_format == vk::Format::R16G16B16A16_SFLOAT;
+            let values = if halves {
+                bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
+            } else {
+                bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+            };
+            picture.add_layer(name, values);
         }
         Ok(picture)
     }

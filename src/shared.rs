@@ -271,6 +271,11 @@ pub struct LightMarker {
     pub color: Vec3,
 }
 
+/// Groups along one dimension of a dispatch that every device takes.
+pub const MOST_GROUPS: u32 = 65535;
+/// Threads of a group where groups lie in rows: of `MOST_GROUPS` along x, and as many rows along y as it takes.
+pub const ROW_THREADS: u32 = 64;
+
 /// Items that one thread of a scan walks through.
 pub const SCAN_RUN: u32 = 64;
 /// Keys that one thread of a radix sort walks through.
@@ -306,8 +311,12 @@ pub const KEYS_ALIKE: u32 = 0xA5A5_A5A5;
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct ScanPush {
-    /// Items of the level.
+    /// Items of the level, or as many as there is room for where a buffer says how many things there are.
     pub item_count: u32,
+    /// Items of the first level for each of those things.
+    pub each: u32,
+    /// Items of the first level that one of this level stands for.
+    pub span: u32,
 }
 
 /// What the passes of a radix sort are told.
@@ -426,6 +435,8 @@ pub struct ListSortPush {
 
 /// Value of ASSIGN: a cluster's candidates are the list of its tile.
 pub const ASSIGN_TILE: u32 = 0;
+/// They come from the light hierarchy.
+pub const ASSIGN_TREE: u32 = 1;
 /// Cluster of a sample that shows the sky.
 pub const NO_CLUSTER: u32 = 0xffff_ffff;
 /// Words of a cluster's box: low and high distance, low and high across, low and high up, metres.

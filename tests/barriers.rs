@@ -5,24 +5,27 @@ use std::path::PathBuf;
 
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
-use lampyris::plan::{DebugView, DeferredLights, Limits, Plan, Request, Technique};
-use lampyris::scene::builtin;
+use lampyris::plan::{AssignChoice, DebugView, DeferredLights, Limits, Plan, Request, Technique};
+use lampyris::scene::{Scene, builtin, scatter};
 
 fn golden(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/barriers").join(format!("{name}.txt"))
 }
 
-fn frame(request: &Request, limits: &Limits) -> Frame {
-    let scene = builtin::load("cornell").expect("a built-in scene");
-    passes::frame(&Plan::new(&scene, request, limits).expect("a plan"))
+fn cornell() -> Scene {
+    builtin::load("cornell").expect("a built-in scene")
+}
+
+fn frame(scene: &Scene, request: &Request, limits: &Limits) -> Frame {
+    passes::frame(&Plan::new(scene, request, limits).expect("a plan"))
 }
 
 fn compare(name: &str, request: &Request) {
-    compare_with(name, request, &Limits::MINIMUM);
+    compare_with(name, &cornell(), request, &Limits::MINIMUM);
 }
 
-fn compare_with(name: &str, request: &Request, limits: &Limits) {
-    let frame = frame(request, limits);
+fn compare_with(name: &str, scene: &Scene, request: &Request, limits: &Limits) {
+    let frame = frame(scene, request, limits);
     let barriers = hazard::derive(&frame.graph);
     let found = checker::check(&frame.graph, &log::declared(&frame.graph, &barriers, 3));
     assert!(found.is_empty(), "{name}: {found:#?}");
@@ -52,6 +55,16 @@ fn forward_without_prepass() {
 }
 
 #[test]
+fn forward_in_parts() {
+    let mut scene = cornell();
+    scene.lights = scatter::point_lights(&scene.bounds(), 96, 1);
+    // As many iterations as a group of 32 lights takes.
+    let limits = Limits { max_loop_iterations: 68, ..Limits::MINIMUM };
+    let request = Request { technique: Technique::Forward, ..Request::default() };
+    compare_with("forward_in_parts", &scene, &request, &limits);
+}
+
+#[test]
 fn tiled_forward() {
     compare("tiled_forward", &Request { technique: Technique::TiledForward, ..Request::default() });
 }
@@ -59,7 +72,8 @@ fn tiled_forward() {
 #[test]
 fn deferred_volumes() {
     let limits = Limits { float_blend: true, ..Limits::MINIMUM };
-    compare_with("deferred_volumes", &Request { technique: Technique::Deferred, ..Request::default() }, &limits);
+    let request = Request { technique: Technique::Deferred, ..Request::default() };
+    compare_with("deferred_volumes", &cornell(), &request, &limits);
 }
 
 #[test]
@@ -72,6 +86,17 @@ fn deferred_fullscreen() {
 #[test]
 fn tiled_deferred() {
     compare("tiled_deferred", &Request { technique: Technique::TiledDeferred, ..Request::default() });
+}
+
+#[test]
+fn clustered_deferred() {
+    compare("clustered_deferred", &Request { technique: Technique::ClusteredDeferred, ..Request::default() });
+}
+
+#[test]
+fn clustered_deferred_by_tree() {
+    let technique = Technique::ClusteredDeferred;
+    compare("clustered_deferred_tree", &Request { technique, assign: AssignChoice::Tree, ..Request::default() });
 }
 
 #[test]

@@ -9,10 +9,10 @@ use lampyris::measure::{file, read};
 use lampyris::plan::DebugView;
 use lampyris::scene::write;
 
-use crate::documents::{document, first_column};
+use crate::documents::{differences, document, first_column};
 use crate::support::lights_beside_the_eye;
 
-fn lampyris(arguments: &[&str]) -> Output {
+pub fn lampyris(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lampyris")).args(arguments).output().expect("the program starts")
 }
 
@@ -22,7 +22,7 @@ fn scratch(name: &str) -> PathBuf {
     folder
 }
 
-fn refused(arguments: &[&str], status: i32, words: &str) {
+pub fn refused(arguments: &[&str], status: i32, words: &str) {
     let output = lampyris(arguments);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
@@ -46,6 +46,7 @@ fn a_wrong_command_line_is_status_2() {
     refused(&["diff", "a.exr", "b.exr", "-o", "heat.exr"], 2, ".png");
     refused(&["bench", "lights", "--lights", "0"], 2, "0 is not in 1..=16777216");
     refused(&["bench", "lights", "--path", "way.json"], 2, "this experiment has none");
+    refused(&["check", "--only", "no_such"], 2, "--only no_such: no check has that in its name: layout, ");
     refused(&["plan", "--limits", "minimum", "--light-range", "2", "--light-cutoff", "1"], 2, "give one");
     refused(&["plan", "--limits", "minimum", "--ambient=-1,0,0"], 2, "non-negative");
 }
@@ -125,6 +126,12 @@ fn views_of_what_a_plan_does_not_make_are_refused() {
         refused(&["--technique", "forward", "--debug-view", view], "shows light lists, and forward makes none");
     }
     let tiled = ["--technique", "tiled-forward", "--debug-view"];
+    for view in ["clusters", "cluster-lights", "slices"] {
+        refused(&[&tiled[..], &[view]].concat(), "shows clusters, and tiled-forward makes none");
+    }
+    for view in ["gbuffer-albedo", "gbuffer-normal", "gbuffer-material", "gbuffer-emission"] {
+        refused(&[&tiled[..], &[view]].concat(), "shows a G-buffer, and tiled-forward makes none");
+    }
     for (view, options, words) in [
         ("tile-min", &["--prepass", "off"], "leave out"),
         ("tile-max", &["--depth-bounds", "off"], "leave out"),
@@ -149,7 +156,7 @@ fn the_table_of_debug_views_is_the_program() {
 }
 
 /// A folder with the scene `beside.glb`, or `None` where nothing can be drawn and need not be.
-fn drawn_folder(name: &str) -> Option<PathBuf> {
+pub fn drawn_folder(name: &str) -> Option<PathBuf> {
     let planned = lampyris(&["plan", "builtin:furnace", "--size", "8x8"]);
     let required = std::env::var_os("LAMPYRIS_REQUIRE_GPU").is_some_and(|v| v == "1");
     if !planned.status.success() && !required {
@@ -164,9 +171,13 @@ fn drawn_folder(name: &str) -> Option<PathBuf> {
 
 /// Renders `beside.glb` from its middle at 96x96 to `view.png` or `view.exr`; what was printed.
 fn draw_beside(folder: &Path, file: &str, options: &[&str]) -> String {
+    draw_by("tiled-forward", folder, file, options)
+}
+
+fn draw_by(technique: &str, folder: &Path, file: &str, options: &[&str]) -> String {
     let text = |name: &str| folder.join(name).display().to_string();
     let (scene, picture) = (text("beside.glb"), text(file));
-    let common = ["render", &scene, "--technique", "tiled-forward", "--size", "96x96", "--frames", "1", "-o", &picture];
+    let common = ["render", &scene, "--technique", technique, "--size", "96x96", "--frames", "1", "-o", &picture];
     let camera = ["--look-from", "0,0,0", "--look-at", "0,0,-1", "--fov", "90"];
     let output = lampyris(&[&common[..], &camera, options].concat());
     assert!(output.status.success(), "{options:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -195,8 +206,10 @@ fn missed_lights_are_green() {
 #[test]
 fn every_view_is_drawn_with_a_legend() {
     let Some(folder) = drawn_folder("views") else { return };
-    for (name, _) in DebugView::ALL {
-        let said = draw_beside(&folder, "view.png", &["--debug-view", name]);
+    for (name, view) in DebugView::ALL {
+        let deferred = if view.of_gbuffer() { "tiled-deferred" } else { "tiled-forward" };
+        let technique = if view.of_clusters() { "clustered-forward" } else { deferred };
+        let said = draw_by(technique, &folder, "view.png", &["--debug-view", name]);
         assert!(said.contains("\nlegend    "), "{name}: {said}");
         let picture = rgba8(&folder);
         assert_eq!(picture.width(), 96, "{name}");
@@ -207,6 +220,23 @@ fn every_view_is_drawn_with_a_legend() {
     draw_beside(&folder, "view.exr", &["--debug-view", "waste"]);
     let exr = read::load(&folder.join("view.exr")).expect("an EXR");
     assert_eq!((exr.width, exr.height), (96, 96), "an EXR has no legend");
+    std::fs::remove_dir_all(folder).expect("cleaned up");
+}
+
+#[test]
+fn clusters_are_as_many_colours() {
+    let Some(folder) = drawn_folder("clusters") else { return };
+    for prepass in ["on", "off"] {
+        let said =
+            draw_by("clustered-forward", &folder, "view.png", &["--debug-view", "clusters", "--prepass", prepass]);
+        let count = said.lines().find_map(|line| line.strip_prefix("legend    ")?.strip_suffix(" in the picture"));
+        let count: usize = count.and_then(|text| text.rsplit(' ').next()?.parse().ok()).expect("a number of clusters");
+        let picture = rgba8(&folder);
+        let drawn = picture.enumerate_pixels().filter(|pixel| pixel.1 < 96).map(|pixel| pixel.2.0);
+        let colors = drawn.collect::<std::collections::BTreeSet<_>>().len();
+        // 36 tiles; few colours stand for two clusters.
+        assert!(count >= 36 && colors <= count && 10 * colors > 8 * count, "{prepass}: {colors} of {count}");
+    }
     std::fs::remove_dir_all(folder).expect("cleaned up");
 }
 
@@ -232,6 +262,29 @@ fn counters_are_there_when_asked_for() {
     let said = draw_beside(&folder, "view.png", &["--counters"]);
     assert!(said.contains("\nlists     ") && said.contains(" 0 missed; waste "), "{said}");
     std::fs::remove_dir_all(folder).expect("cleaned up");
+}
+
+#[test]
+fn grids_lists_and_the_gbuffer_are_printed_and_documented() {
+    let text = document("README.md");
+    let documented: Vec<_> =
+        first_column(&text, "### JSON of `render`").into_iter().filter(|key| key.starts_with("plan.")).collect();
+    for (technique, titles) in [
+        ("forward", &[][..]),
+        ("tiled-deferred", &["tiles", "bins", "lists", "gbuffer"][..]),
+        ("clustered-forward", &["tiles", "bins", "slices", "clusters", "lists"][..]),
+    ] {
+        let plan = ["plan", "builtin:cornell", "--size", "96x64", "--limits", "minimum", "--technique", technique];
+        let said = String::from_utf8(lampyris(&plan).stdout).expect("UTF-8");
+        for title in ["tiles", "bins", "slices", "clusters", "lists", "gbuffer"] {
+            let there = said.lines().any(|line| line.starts_with(&format!("{title:<10}")));
+            assert_eq!(there, titles.contains(&title), "{technique}: {title}: {said}");
+        }
+        assert!(said.contains("\nwhy       asked for\n"), "{said}");
+        let value: serde_json::Value =
+            serde_json::from_slice(&lampyris(&[&plan[..], &["--json", "-"]].concat()).stdout).expect("JSON");
+        assert_eq!(differences(&documented, &serde_json::json!({ "plan": value["plan"] })), [""; 0], "{technique}");
+    }
 }
 
 #[test]

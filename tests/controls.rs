@@ -2,7 +2,7 @@
 
 use lampyris::graph::{Graph, Lifetime, Work, checker, log::Event};
 use lampyris::passes::{Frame, SceneHandles};
-use lampyris::plan::{Plan, Request};
+use lampyris::plan::{Plan, Request, Technique};
 use lampyris::scene::builtin;
 
 use crate::support;
@@ -24,7 +24,7 @@ fn fill_then_copy(plan: &Plan) -> Frame {
 fn a_missing_barrier_is_reported_by_the_layer() {
     let Some(gpu) = support::gpu() else { return };
     let scene = builtin::load("furnace").expect("a built-in scene");
-    let request = Request { width: 8, height: 8, ..Request::default() };
+    let request = Request { width: 8, height: 8, technique: Technique::Forward, ..Request::default() };
     let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
     let mut prepared = gpu.prepare_frame(&scene, &plan, fill_then_copy(&plan)).expect("a frame");
     prepared.draw(1).expect("a frame");
@@ -45,7 +45,7 @@ fn a_missing_barrier_is_reported_by_the_layer() {
 fn the_checker_reads_what_was_recorded() {
     let Some(gpu) = support::gpu() else { return };
     let scene = builtin::load("cornell").expect("a built-in scene");
-    let request = Request { width: 32, height: 32, ..Request::default() };
+    let request = Request { width: 32, height: 32, technique: Technique::Forward, ..Request::default() };
     let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
     let mut prepared = gpu.prepare(&scene, &plan).expect("a frame");
     prepared.draw(3).expect("frames");
@@ -73,7 +73,7 @@ fn validation_without_the_layer_is_refused() {
 fn a_missing_barrier_to_the_host_is_found() {
     let Some(gpu) = support::gpu() else { return };
     let scene = builtin::load("furnace").expect("a built-in scene");
-    let request = Request { width: 8, height: 8, ..Request::default() };
+    let request = Request { width: 8, height: 8, technique: Technique::Forward, ..Request::default() };
     let plan = Plan::new(&scene, &request, &gpu.limits()).expect("a plan");
     let mut prepared = gpu.prepare(&scene, &plan).expect("a frame");
     prepared.draw(1).expect("a frame");

@@ -15,7 +15,7 @@ use lampyris::plan::{Limits, Plan, Request, Technique};
 use lampyris::scene::builtin;
 use serde_json::Value;
 
-const DOCUMENTS: [&str; 4] = ["README.md", "CHANGELOG.md", "docs/ARCHITECTURE.md", "docs/SYNC.md"];
+const DOCUMENTS: [&str; 5] = ["README.md", "CHANGELOG.md", "docs/ARCHITECTURE.md", "docs/SYNC.md", "docs/ACCURACY.md"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -69,7 +69,7 @@ fn missing_paths<'a>(text: &'a str, root: &Path) -> Vec<&'a str> {
 
 #[test]
 fn paths_exist() {
-    for name in ["docs/ARCHITECTURE.md", "docs/SYNC.md"] {
+    for name in ["docs/ARCHITECTURE.md", "docs/SYNC.md", "docs/ACCURACY.md"] {
         let text = document(name);
         assert!(spans(&text).iter().any(|s| looks_like_a_path(s)), "{name} names no path");
         assert_eq!(missing_paths(&text, root()), [""; 0], "{name}");
@@ -302,7 +302,7 @@ fn is_in(path: &str, outer: &str) -> bool {
 
 /// Keys that are there and not documented, and keys that are documented and not there. A documented key stands for all that
 /// lies in it; an empty list or object or a null stands for all that could.
-fn differences(documented: &[&str], value: &Value) -> Vec<String> {
+pub fn differences(documented: &[&str], value: &Value) -> Vec<String> {
     let mut there = BTreeSet::new();
     leaves(value, "", &mut there);
     let unknown = there.iter().filter(|p| !documented.iter().any(|d| is_in(p, d) || is_in(d, p)));

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lampyris::Result;
 use lampyris::math::random::Random;
-use lampyris::plan::{CameraChoice, Limits, Plan, Request};
+use lampyris::plan::{CameraChoice, Limits, Plan, Request, Technique};
 use lampyris::reference::render::Reference;
 use lampyris::reference::shade::Shader;
 use lampyris::scene::lighting::{Attenuation, LightRules, Lighting, RangeRule};
@@ -65,6 +65,16 @@ fn t3_each_way_of_culling_keeps_its_gain() {
 }
 
 #[test]
+fn t1_lists_hold_little_that_is_not_needed() {
+    run("waste");
+}
+
+#[test]
+fn c10_twenty_runs_give_the_same_lists() {
+    run("twenty_runs");
+}
+
+#[test]
 fn l1_spot_cones_of_every_angle() {
     run("spot_cones");
 }
@@ -82,6 +92,16 @@ fn l2_light_on_the_surface_is_finite() {
 #[test]
 fn l3_loops_as_long_as_the_plan_allows() {
     run("long_loops");
+}
+
+#[test]
+fn sums_in_parts_are_sums_in_one() {
+    run("light_parts");
+}
+
+#[test]
+fn lights_by_the_ten_thousand_miss_nothing_and_draw_what_forward_draws() {
+    run("lights_65536");
 }
 
 #[test]
@@ -197,7 +217,8 @@ fn refused_or_finite(fields: &[(&str, Spoil)]) {
     let mut wrong = Vec::new();
     for (words, spoil) in fields {
         for number in NUMBERS {
-            let (mut scene, mut request) = (room(), Request { width: 8, height: 6, ..Request::default() });
+            let (mut scene, mut request) =
+                (room(), Request { width: 8, height: 6, technique: Technique::Forward, ..Request::default() });
             spoil(&mut scene, &mut request, number);
             match outcome(&scene, &request) {
                 Ok(true) => {}
@@ -348,7 +369,7 @@ fn l10_absent_and_unbounded_lights_are_counted_and_said() {
         let attenuation = Attenuation { constant, linear, quadratic };
         let rules = LightRules { attenuation, ..LightRules::default() };
         let lighting = Lighting::new(&scene, &rules).expect("good rules");
-        let request = Request { width: 8, height: 6, rules, ..Request::default() };
+        let request = Request { width: 8, height: 6, rules, technique: Technique::Forward, ..Request::default() };
         let notes = Plan::new(&scene, &request, &Limits::UNLIMITED).expect("a plan").notes.join("; ");
         (lighting.absent, lighting.unbounded, lighting.lights.len(), notes)
     };

@@ -42,6 +42,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("reference", &["plan", "graph", "passes", "record", "submit", "measure", "gpu", "renderer", "commands", "cli"]),
     ("renderer", &["commands", "cli", "checks"]),
     ("lists", &["commands", "cli", "checks"]),
+    ("gbuffer", &["commands", "cli", "checks"]),
     ("checks", &["commands", "cli"]),
 ];
 

@@ -4,6 +4,7 @@
 
 mod support;
 
+mod accuracy;
 mod bad_input;
 mod barriers;
 mod command_line;
@@ -13,4 +14,5 @@ mod fuzz;
 mod graph_properties;
 mod hard_cases;
 mod layering;
+mod list_bytes;
 mod pictures;

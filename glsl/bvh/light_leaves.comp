@@ -22,9 +22,11 @@ void main() {
     }
     uint light = sorted_lights.data[place];
     vec3 center = cull_texel(light * CULL_TEXELS).xyz;
-    float radius = cull_texel(light * CULL_TEXELS + 1u).z;
+    precise float radius = cull_texel(light * CULL_TEXELS + 1u).z;
     vec4 tiles = cull_texel(light * CULL_TEXELS + 2u);
-    // The first widening takes back what this line rounded: 2^-24 of the result.
+    // What rounding lets tests of the squared radius reach beyond it: 2^-22.
+    radius += radius * DISTANCE_SLACK;
+    // The widening afterwards takes back what these lines rounded: 2^-24 of the result.
     precise vec3 low = center - radius;
     precise vec3 high = center + radius;
     low -= abs(low) * DISTANCE_SLACK;

@@ -5,19 +5,20 @@
 
 layout(local_size_x = 64) in;
 
-layout(push_constant, scalar) uniform Push { ListSortPush data; } push;
+#include "list_sort.glsl"
+
 layout(set = 0, binding = 0, scalar) readonly buffer Offsets { uint data[]; } list_offsets;
 layout(set = 0, binding = 1, scalar) readonly buffer Runs { uint data[]; } runs;
 layout(set = 0, binding = 2, scalar) writeonly buffer Merged { uint data[]; } merged;
 
 void main() {
-    uint list = gl_GlobalInvocationID.x;
-    if (list >= push.data.list_count) {
+    uint list = thread_index();
+    if (list >= count_lists()) {
         return;
     }
     uint list_begin = list_offsets.data[list * push.data.stride];
     uint list_end = list_offsets.data[(list + 1u) * push.data.stride];
-    uint begin = list_begin + gl_WorkGroupID.y * 2u * push.data.width;
+    uint begin = list_begin + gl_WorkGroupID.z * 2u * push.data.width;
     if (list_end - list_begin <= push.data.sorted || begin >= list_end) {
         return;
     }

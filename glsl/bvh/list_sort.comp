@@ -6,7 +6,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(push_constant, scalar) uniform Push { ListSortPush data; } push;
+#include "list_sort.glsl"
+
 layout(set = 0, binding = 0, scalar) readonly buffer Offsets { uint data[]; } list_offsets;
 layout(set = 0, binding = 1, scalar) buffer Lists { uint data[]; } lists;
 
@@ -61,11 +62,11 @@ void heap_sort(uint begin, uint count) {
 }
 
 void main() {
-    uint list = gl_GlobalInvocationID.x;
-    if (list >= push.data.list_count) {
+    uint list = thread_index();
+    if (list >= count_lists()) {
         return;
     }
-    uint begin = list_offsets.data[list * push.data.stride] + gl_WorkGroupID.y * LIST_SORT_RUN;
+    uint begin = list_offsets.data[list * push.data.stride] + gl_WorkGroupID.z * LIST_SORT_RUN;
     uint end = list_offsets.data[(list + 1u) * push.data.stride];
     if (begin >= end) {
         return;

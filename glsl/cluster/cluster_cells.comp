@@ -9,6 +9,8 @@ layout(local_size_x = 64) in;
 // Every slice of every tile is a cluster; there are no keys.
 layout(constant_id = 20) const bool DENSE = false;
 layout(constant_id = 21) const bool EXPLICIT = true;
+// Where candidates come from.
+layout(constant_id = 22) const uint ASSIGN = ASSIGN_TILE;
 
 layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 1, scalar) uniform ClusterBlock { ClusterGrid data; } clusters;
@@ -35,10 +37,14 @@ void main() {
         tile = key >> clusters.data.slice_bits;
         slice = key - (tile << clusters.data.slice_bits);
     }
-    uint begin = tile_offsets.data[tile * grid.data.list_chunks];
-    uint end = tile_offsets.data[(tile + 1u) * grid.data.list_chunks];
+    uvec2 at = uvec2(tile % grid.data.columns, tile / grid.data.columns);
+    uvec2 source = at;
+    if (ASSIGN == ASSIGN_TILE) {
+        uint first = tile * grid.data.list_chunks;
+        source = uvec2(tile_offsets.data[first], tile_offsets.data[first + grid.data.list_chunks]);
+    }
     vec2 distances = texelFetch(cluster_slices, int(slice)).xy;
-    uvec4 around = uvec4(tile % grid.data.columns, tile / grid.data.columns, 0u, 0u);
+    uvec4 around = uvec4(at, 0u, 0u);
     if (EXPLICIT) {
         uint from = id * BOX_WORDS;
         // Never beyond the slice: the plan counts on it.
@@ -47,6 +53,6 @@ void main() {
         around = uvec4(cluster_bounds.data[from + 2u], cluster_bounds.data[from + 3u], cluster_bounds.data[from + 4u],
             cluster_bounds.data[from + 5u]);
     }
-    imageStore(cluster_cells, cell_at(id, 0u), uvec4(begin, end, floatBitsToUint(distances)));
+    imageStore(cluster_cells, cell_at(id, 0u), uvec4(source, floatBitsToUint(distances)));
     imageStore(cluster_cells, cell_at(id, 1u), around);
 }

@@ -2,10 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 // Writes the ids of the lights that cluster_count counted where the scan says, in id order.
 #include "base.glsl"
+#include "cluster_assign.glsl"
+#include "cluster_candidates.glsl"
 
 layout(local_size_x = 64) in;
-
-#include "cluster_assign.glsl"
 
 layout(set = 0, binding = 9, scalar) readonly buffer Offsets { uint data[]; } cluster_offsets;
 layout(set = 0, binding = 10, scalar) writeonly buffer Lights { uint data[]; } cluster_lights;
@@ -17,7 +17,7 @@ void main() {
     }
     Cell cell = read_cell(id);
     uint next = cluster_offsets.data[id];
-    for (uint i = cell.begin; i < cell.end; ++i) {
+    for (uint i = cell.source.x; i < cell.source.y; ++i) {
         uint light = tile_light(i);
         if (touches(cell, light - grid.data.first_light)) {
             cluster_lights.data[next] = light;

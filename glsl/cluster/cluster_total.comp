@@ -6,10 +6,13 @@
 layout(local_size_x = 1) in;
 
 layout(constant_id = 0) const uint AT = 0u;
+// A buffer says which is the last, AT at most.
+layout(constant_id = 1) const bool COUNTED = false;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Offsets { uint data[]; } offsets;
-layout(set = 0, binding = 1, scalar) writeonly buffer Total { uint data[]; } total;
+layout(set = 0, binding = 1, scalar) readonly buffer Count { uint data[]; } count;
+layout(set = 0, binding = 2, scalar) writeonly buffer Total { uint data[]; } total;
 
 void main() {
-    total.data[0] = offsets.data[AT];
+    total.data[0] = offsets.data[COUNTED ? min(count.data[0], AT) : AT];
 }

@@ -1,4 +1,4 @@
-// Threads in groups of 64 that lie in rows, because a row has at most 65,535 groups.
+// Threads in groups that lie in rows, because a row has at most MOST_GROUPS of them.
 uint thread_index() {
-    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationID.x;
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * ROW_THREADS + gl_LocalInvocationID.x;
 }

@@ -71,6 +71,19 @@ float interval_distance(float low, float high, float x) {
     return max(max(below, above), 0.0);
 }
 
+// Squared distance from a point in view space to a box: low and high across, up, and along the view axis.
+float box_distance2(vec2 across, vec2 up, vec2 distances, vec3 point) {
+    precise float dx = interval_distance(across.x, across.y, point.x);
+    precise float dy = interval_distance(up.x, up.y, point.y);
+    precise float dz = interval_distance(distances.x, distances.y, -point.z);
+    precise float dx2 = dx * dx;
+    precise float dy2 = dy * dy;
+    precise float dz2 = dz * dz;
+    precise float sum = dx2 + dy2;
+    precise float result = sum + dz2;
+    return result;
+}
+
 // What lies between two edges from `near` to `far`.
 vec2 edge_interval(TileGrid grid, float first, float last, float near, float far) {
     if (grid.perspective == 0u) {

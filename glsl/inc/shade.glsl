@@ -53,29 +53,24 @@ vec3 view_direction(Surface s) {
     return v;
 }
 
-vec3 shade_all_lights(Surface s) {
-    if (s.unlit) {
-        return min(s.base_color, MAX_RADIANCE);
-    }
-    vec3 v = view_direction(s);
-    Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
+// Lights first to end on top of what is added up already, in id order.
+vec3 add_lights(vec3 before, Lobes lobes, Surface s, vec3 v, uint first, uint end) {
+    precise vec3 sum = before;
     if (LIGHT_KINDS == 0u) {
-        return min(sum, MAX_RADIANCE);
+        return sum;
     }
-    uint count = frame.data.light_count;
     if (!LIGHT_SEEK) {
-        for (uint i = 0u; i < count; ++i) {
+        for (uint i = first; i < end; ++i) {
             sum += shade_light(i, lobes, s, v);
         }
-        return min(sum, MAX_RADIANCE);
+        return sum;
     }
     // Seek, then shade. Some drivers run both sides of every branch, but all of them leave a loop: 32 lights are tested by their
     // range alone, and only those that reach this fragment enter the second loop, still in id order.
-    for (uint base = 0u; base < count; base += 32u) {
+    for (uint base = first; base < end; base += 32u) {
         uint reaching = 0u;
-        uint end = min(count - base, 32u);
-        for (uint i = 0u; i < end; ++i) {
+        uint count = min(end - base, 32u);
+        for (uint i = 0u; i < count; ++i) {
             bool outside = light_out_of_range(light_texel((base + i) * LIGHT_TEXELS), s.position);
             reaching |= outside ? 0u : 1u << i;
         }
@@ -85,5 +80,16 @@ vec3 shade_all_lights(Surface s) {
             sum += shade_light(i, lobes, s, v);
         }
     }
+    return sum;
+}
+
+vec3 shade_all_lights(Surface s) {
+    if (s.unlit) {
+        return min(s.base_color, MAX_RADIANCE);
+    }
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    precise vec3 sum = unlit_radiance(s);
+    sum = add_lights(sum, lobes, s, v, 0u, frame.data.light_count);
     return min(sum, MAX_RADIANCE);
 }

@@ -25,28 +25,29 @@ uint list_offset(uint at) {
     return texelFetch(list_offsets_texel, int(at)).x;
 }
 
-// Lights begin to end of the list.
-vec3 shade_listed_lights(Surface s, uint begin, uint end) {
-    if (s.unlit) {
-        return min(s.base_color, MAX_RADIANCE);
-    }
-    vec3 v = view_direction(s);
-    Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
-    if (LIGHT_KINDS == 0u) {
-        return min(sum, MAX_RADIANCE);
-    }
+// Lights that no list holds, because every sample adds them, on top of what is added up already.
+vec3 add_unlisted_lights(vec3 before, Lobes lobes, Surface s, vec3 v) {
+    precise vec3 sum = before;
     if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
         uint first_light = grid.data.first_light;
         for (uint i = 0u; i < first_light; ++i) {
             sum += shade_light(i, lobes, s, v);
         }
     }
+    return sum;
+}
+
+// Lights begin to end of the list, likewise.
+vec3 add_listed_lights(vec3 before, Lobes lobes, Surface s, vec3 v, uint begin, uint end) {
+    precise vec3 sum = before;
+    if (LIGHT_KINDS == 0u) {
+        return sum;
+    }
     if (!LIST_SEEK) {
         for (uint at = begin; at < end; ++at) {
             sum += shade_light(list_light(at), lobes, s, v);
         }
-        return min(sum, MAX_RADIANCE);
+        return sum;
     }
     for (uint base = begin; base < end; base += 32u) {
         uint reaching = 0u;
@@ -61,5 +62,18 @@ vec3 shade_listed_lights(Surface s, uint begin, uint end) {
             sum += shade_light(list_light(i), lobes, s, v);
         }
     }
+    return sum;
+}
+
+// Lights begin to end of the list, and those that every sample adds.
+vec3 shade_listed_lights(Surface s, uint begin, uint end) {
+    if (s.unlit) {
+        return min(s.base_color, MAX_RADIANCE);
+    }
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    precise vec3 sum = unlit_radiance(s);
+    sum = add_unlisted_lights(sum, lobes, s, v);
+    sum = add_listed_lights(sum, lobes, s, v, begin, end);
     return min(sum, MAX_RADIANCE);
 }

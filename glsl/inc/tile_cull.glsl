@@ -12,10 +12,11 @@ layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 3, scalar) readonly buffer BinLights { uint data[]; } bin_lights_storage;
 layout(set = 0, binding = 4) uniform usamplerBuffer bin_lights_texel;
 layout(set = 0, binding = 5) uniform usamplerBuffer bin_ranges;
-// Columns and then rows, one more than there are tiles: (tangent, normal across, normal along z, offset).
 layout(set = 0, binding = 6) uniform samplerBuffer tile_edges;
 // Nearest and farthest distance as bits, and the mask of slots.
 layout(set = 0, binding = 7) uniform usampler2D tile_bounds;
+
+#include "tile_test.glsl"
 
 struct Tile {
     uvec2 at;
@@ -23,10 +24,7 @@ struct Tile {
     float far;
     float slots_a_metre;
     uvec2 mask;
-    vec4 left;
-    vec4 right;
-    vec4 top;
-    vec4 bottom;
+    TileEdges edges;
 };
 
 Tile read_tile(uvec2 at) {
@@ -43,10 +41,7 @@ Tile read_tile(uvec2 at) {
         tile.mask = bounds.zw;
         tile.slots_a_metre = slots_a_metre(tile.near, tile.far, DEPTH_SLOTS);
     }
-    tile.left = texelFetch(tile_edges, int(at.x));
-    tile.right = texelFetch(tile_edges, int(at.x + 1u));
-    tile.top = texelFetch(tile_edges, int(grid.data.columns + 1u + at.y));
-    tile.bottom = texelFetch(tile_edges, int(grid.data.columns + 2u + at.y));
+    tile.edges = read_edges(at);
     return tile;
 }
 
@@ -69,30 +64,7 @@ bool intersects(Tile tile, uint light) {
         uvec2 shared_slots = slot_mask(first, last) & tile.mask;
         inside = inside && (shared_slots.x | shared_slots.y) != 0u;
     }
-    if (CULL == CULL_RECTANGLE) {
-        vec4 tiles = cull_texel(light * CULL_TEXELS + 2u);
-        vec2 at = vec2(tile.at);
-        return inside && tiles.x <= at.x && at.x <= tiles.y && tiles.z <= at.y && at.y <= tiles.w;
-    }
-    float radius = extent.z;
-    inside = inside && edge_distance(tile.left, sphere.x, sphere.z) >= -radius
-        && edge_distance(tile.right, sphere.x, sphere.z) <= radius
-        && edge_distance(tile.top, sphere.y, sphere.z) >= -radius
-        && edge_distance(tile.bottom, sphere.y, sphere.z) <= radius;
-    if (CULL == CULL_PLANES_BOX) {
-        vec2 x = edge_interval(grid.data, tile.left.x, tile.right.x, near, far);
-        vec2 y = edge_interval(grid.data, tile.top.x, tile.bottom.x, near, far);
-        precise float dx = interval_distance(x.x, x.y, sphere.x);
-        precise float dy = interval_distance(y.x, y.y, sphere.y);
-        precise float dz = interval_distance(near, far, -sphere.z);
-        precise float dx2 = dx * dx;
-        precise float dy2 = dy * dy;
-        precise float dz2 = dz * dz;
-        precise float sum = dx2 + dy2;
-        precise float d2 = sum + dz2;
-        inside = inside && d2 <= sphere.w;
-    }
-    return inside;
+    return inside && reaches_tile(tile.edges, tile.at, light, sphere, extent.z, vec2(near, far));
 }
 
 // The tile of this thread: a workgroup is a bin, and a run of its list by y.

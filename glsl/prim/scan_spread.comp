@@ -6,10 +6,11 @@
 
 layout(local_size_x = 32) in;
 
+#include "scan.glsl"
+
 // False at the top, where one run holds everything.
 layout(constant_id = 0) const bool HAS_PARENTS = true;
 
-layout(push_constant, scalar) uniform Push { ScanPush data; } push;
 layout(set = 0, binding = 0, scalar) readonly buffer Items { uint data[]; } items;
 layout(set = 0, binding = 1, scalar) readonly buffer Parents { uint data[]; } parent_offsets;
 layout(set = 0, binding = 2, scalar) writeonly buffer Offsets { uint data[]; } offsets;
@@ -17,11 +18,12 @@ layout(set = 0, binding = 2, scalar) writeonly buffer Offsets { uint data[]; } o
 void main() {
     uint run = gl_GlobalInvocationID.x;
     uint first = run * SCAN_RUN;
+    uint count = count_items();
     // The first run writes the total even of no items.
-    if (run > 0u && first >= push.data.item_count) {
+    if (run > 0u && first >= count) {
         return;
     }
-    uint end = first + min(SCAN_RUN, push.data.item_count - first);
+    uint end = first + min(SCAN_RUN, count - first);
     uint sum = 0u;
     if (HAS_PARENTS) {
         sum = parent_offsets.data[run];
@@ -30,7 +32,7 @@ void main() {
         offsets.data[i] = sum;
         sum += items.data[i];
     }
-    if (end == push.data.item_count) {
+    if (end == count) {
         offsets.data[end] = sum;
     }
 }

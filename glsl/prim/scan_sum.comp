@@ -5,17 +5,19 @@
 
 layout(local_size_x = 32) in;
 
-layout(push_constant, scalar) uniform Push { ScanPush data; } push;
+#include "scan.glsl"
+
 layout(set = 0, binding = 0, scalar) readonly buffer Items { uint data[]; } items;
 layout(set = 0, binding = 1, scalar) writeonly buffer Sums { uint data[]; } sums;
 
 void main() {
     uint run = gl_GlobalInvocationID.x;
     uint first = run * SCAN_RUN;
-    if (first >= push.data.item_count) {
+    uint count = count_items();
+    if (first >= count) {
         return;
     }
-    uint end = first + min(SCAN_RUN, push.data.item_count - first);
+    uint end = first + min(SCAN_RUN, count - first);
     uint sum = 0u;
     for (uint i = first; i < end; ++i) {
         sum += items.data[i];

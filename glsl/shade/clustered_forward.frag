@@ -7,6 +7,7 @@
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
 
 #include "shade_list.glsl"
+#include "list_parts.glsl"
 #include "cluster_sample.glsl"
 
 layout(location = 0) out vec4 out_radiance;
@@ -14,5 +15,5 @@ layout(location = 0) out vec4 out_radiance;
 void main() {
     Surface s = read_surface();
     uvec2 list = cluster_list(uvec2(gl_FragCoord.xy), gl_FragCoord.z);
-    out_radiance = vec4(shade_listed_lights(s, list.x, list.y), 1.0);
+    out_radiance = shade_list_part(s, list.x, list.y);
 }

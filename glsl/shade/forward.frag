@@ -7,10 +7,20 @@
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
 
 #include "shade.glsl"
+#include "light_parts.glsl"
 
 layout(location = 0) out vec4 out_radiance;
 
 void main() {
     Surface s = read_surface();
-    out_radiance = vec4(shade_all_lights(s), 1.0);
+    if (s.unlit) {
+        out_radiance = unlit_part(s);
+        return;
+    }
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    vec4 before = sum_before(s);
+    uint first = min(uint(before.a), frame.data.light_count);
+    uint end = first + min(PART_LIGHTS, frame.data.light_count - first);
+    out_radiance = sum_after(add_lights(before.rgb, lobes, s, v, first, end), end);
 }

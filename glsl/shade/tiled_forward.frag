@@ -7,6 +7,7 @@
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
 
 #include "shade_list.glsl"
+#include "list_parts.glsl"
 
 layout(constant_id = 20) const uint TILE = 16u;
 
@@ -18,5 +19,5 @@ void main() {
     uint first = (at.y * grid.data.columns + at.x) * grid.data.list_chunks;
     uint begin = list_offset(first);
     uint end = list_offset(first + grid.data.list_chunks);
-    out_radiance = vec4(shade_listed_lights(s, begin, end), 1.0);
+    out_radiance = shade_list_part(s, begin, end);
 }

@@ -3,6 +3,7 @@
 
 mod cases;
 mod slices;
+mod trees;
 
 use super::Row;
 use super::lists::radiance;
@@ -20,6 +21,7 @@ use crate::shared::BOX_WORDS;
 
 pub(super) use cases::cluster_cases;
 pub(super) use slices::cluster_slices;
+pub(super) use trees::cluster_trees;
 
 /// Not a multiple of any tile size: the last column and row are cut.
 const SIZE: (u32, u32) = (150, 85);
@@ -44,7 +46,7 @@ fn scene(name: &str, lights: usize) -> Result<Scene> {
 }
 
 fn request(technique: Technique) -> Request {
-    Request { width: SIZE.0, height: SIZE.1, technique, ..Request::default() }
+    Request { width: SIZE.0, height: SIZE.1, technique, ..crate::checks::forward() }
 }
 
 /// The clustered request of a kind; all else as in `base`.
@@ -80,7 +82,8 @@ pub fn clustered(renderer: &Renderer) -> Result<Vec<Row>> {
 struct Made {
     plan: Plan,
     depth: Vec<f32>,
-    /// Lists of tiles, from which candidates came: an offset a tile.
+    /// Lists of tiles, from which candidates came: an offset a tile. Where they came from the light hierarchy, those of tiles without
+    /// depth bounds, made here.
     tile_lists: Lists,
     /// Cluster of each sample, as stored or, where every slice of every tile is one, as its depth says.
     index: Vec<u32>,
@@ -131,13 +134,16 @@ fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
     if !clusters.keyed {
         index = (0..).zip(&depth).map(dense).collect();
     }
-    index.truncate(depth.len());
     let mut keys = words(&picture, "cluster_keys");
     keys.truncate(total as usize);
     let mut boxes = words(&picture, "cluster_bounds");
     let explicit = clusters.bounds == ClusterBounds::Explicit;
     boxes.truncate(if explicit { (total * BOX_WORDS) as usize } else { 0 });
-    let tile_lists = lists(&picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles());
+    let tile_lists = if plan.walks_tree() {
+        trees::tile_lists(tiles)
+    } else {
+        lists(&picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles())
+    };
     let lists = lists(&picture, ["list_offsets", "list_lights"], 1, total);
     Ok(Made { depth, tile_lists, index, keys, boxes, lists, violations: violations.len(), plan })
 }

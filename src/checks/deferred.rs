@@ -8,7 +8,7 @@ use super::lists::radiance;
 use crate::error::Result;
 use crate::math::random::Random;
 use crate::measure::metrics;
-use crate::plan::{DeferredLights, GbufferLayout, Request, Technique};
+use crate::plan::{AssignChoice, ClusterBounds, DeferredLights, GbufferLayout, Request, Technique};
 use crate::renderer::Renderer;
 use crate::scene::{Camera, Light, LightKind, Projection, Scene, builtin, scatter};
 
@@ -22,7 +22,7 @@ const SCENES: [&str; 5] = ["cornell", "corridor", "atrium", "terrain", "furnace"
 const COMPACT_BOUND: f64 = 5e-3;
 
 fn request() -> Request {
-    Request { width: SIZE.0, height: SIZE.1, technique: Technique::TiledDeferred, ..Request::default() }
+    Request { width: SIZE.0, height: SIZE.1, technique: Technique::TiledDeferred, ..crate::checks::forward() }
 }
 
 fn forms(base: &Request) -> Vec<(String, Request)> {
@@ -30,7 +30,24 @@ fn forms(base: &Request) -> Vec<(String, Request)> {
         let request = Request { technique: Technique::Deferred, deferred_lights: lights, ..base.clone() };
         (format!("deferred {}", lights.name()), request)
     });
-    volumes.collect()
+    let clustered = Request { technique: Technique::ClusteredDeferred, ..base.clone() };
+    volumes.chain([("clustered-deferred".to_string(), clustered)]).collect()
+}
+
+/// Ways to make clusters that `forms` leaves out.
+fn clusters(base: &Request) -> Vec<(String, Request)> {
+    let clustered = Request { technique: Technique::ClusteredDeferred, ..base.clone() };
+    let tiles =
+        [8, 32, 64].map(|tile| (format!("clustered-deferred, tile {tile}"), Request { tile, ..clustered.clone() }));
+    let implicit = Request { cluster_bounds: Some(ClusterBounds::Implicit), ..clustered.clone() };
+    let tree = Request { assign: AssignChoice::Tree, ..clustered.clone() };
+    let dense = Request { prepass: false, ..clustered };
+    let others = [
+        ("clustered-deferred, by tree".to_string(), tree),
+        ("clustered-deferred, implicit".to_string(), implicit),
+        ("clustered-deferred, no pre-pass".to_string(), dense),
+    ];
+    tiles.into_iter().chain(others).collect()
 }
 
 fn differing(a: &[u32], b: &[u32]) -> usize {
@@ -80,20 +97,23 @@ pub fn deferred(renderer: &Renderer) -> Result<Vec<Row>> {
         let error = metrics::compare(&pixels(&forward), &pixels(&tiled)).mean_relative;
         rows.push(Row::at_most(format!("compact G-buffer against forward, {name}"), error, COMPACT_BOUND));
         if fat_fits {
-            let fat = Request { gbuffer: GbufferLayout::Fat, ..request() };
-            let fat = radiance(renderer, &scene, &fat)?;
-            rows.push(Row::none(
-                format!("fat G-buffer = forward, {name}"),
-                differing(&forward, &fat),
-                "differing pixels",
-            ));
+            for technique in [Technique::TiledDeferred, Technique::ClusteredDeferred] {
+                let fat = Request { gbuffer: GbufferLayout::Fat, technique, ..request() };
+                let fat = radiance(renderer, &scene, &fat)?;
+                let row = format!("fat G-buffer, {} = forward, {name}", technique.name());
+                rows.push(Row::none(row, differing(&forward, &fat), "differing pixels"));
+            }
         }
     }
     let scene = scene("atrium")?;
+    let tiled = radiance(renderer, &scene, &request())?;
+    for (form, request) in clusters(&request()) {
+        let other = radiance(renderer, &scene, &request)?;
+        rows.push(Row::none(format!("{form} = tiled-deferred"), differing(&tiled, &other), "differing pixels"));
+    }
     let without = Request { prepass: false, ..request() };
-    let plain = radiance(renderer, &scene, &request())?;
     let other = radiance(renderer, &scene, &without)?;
-    rows.push(Row::none("tiled-deferred, pre-pass on = off", differing(&plain, &other), "differing pixels"));
+    rows.push(Row::none("tiled-deferred, pre-pass on = off", differing(&tiled, &other), "differing pixels"));
     Ok(rows)
 }
 
@@ -107,7 +127,9 @@ pub fn markers(renderer: &Renderer) -> Result<Vec<Row>> {
     let plain = radiance(renderer, &scene, &Request { show_lights: false, ..with(Technique::Forward, gbuffer) })?;
     let shown = differing(&forward, &plain);
     let mut rows = vec![Row { name: "lights are shown".into(), passed: shown > 0, detail: format!("{shown} pixels") }];
-    for technique in [Technique::TiledForward, Technique::TiledDeferred, Technique::Deferred] {
+    for technique in
+        [Technique::TiledForward, Technique::TiledDeferred, Technique::ClusteredDeferred, Technique::Deferred]
+    {
         let other = radiance(renderer, &scene, &with(technique, gbuffer))?;
         let name = format!("lights shown by {} as by forward", technique.name());
         if fat || technique == Technique::TiledForward {

@@ -19,7 +19,7 @@ fn scene(name: &str) -> Result<Scene> {
 }
 
 fn request() -> Request {
-    Request { width: SIZE.0, height: SIZE.1, ..Request::default() }
+    Request { width: SIZE.0, height: SIZE.1, ..crate::checks::forward() }
 }
 
 /// Radiance of one frame, the log judged by the checker; violations count as differing pixels.

@@ -10,7 +10,7 @@ use crate::scene::builtin;
 /// Members that the device reads elsewhere than Rust writes them.
 pub fn layout(renderer: &Renderer) -> Result<Vec<Row>> {
     let scene = builtin::load("furnace")?;
-    let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..Request::default() }, &renderer.limits())?;
+    let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..crate::checks::forward() }, &renderer.limits())?;
     let mut prepared = renderer.prepare_frame(&scene, &plan, layout_probe::frame(&plan))?;
     prepared.draw(2)?;
     let (picture, violations) = prepared.finish()?;

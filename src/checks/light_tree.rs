@@ -69,7 +69,7 @@ struct Made {
 
 fn make(renderer: &Renderer, case: &Case) -> Result<Made> {
     let (scene, limits) = (case.scene()?, renderer.limits());
-    let request = Request { width: 150, height: 85, technique: Technique::TiledForward, ..Request::default() };
+    let request = Request { width: 150, height: 85, technique: Technique::TiledForward, ..crate::checks::forward() };
     let plan = Plan::new(&scene, &request, &limits)?;
     let mut graph = Graph::new();
     let handles = SceneHandles::declare(&mut graph, &plan);

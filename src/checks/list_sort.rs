@@ -3,7 +3,8 @@
 use super::Row;
 use crate::error::Result;
 use crate::graph::access::ComputeStorageWrite;
-use crate::graph::{BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
+use crate::passes::tile_cull::Lists;
 use crate::passes::{self, Frame, SceneHandles};
 use crate::plan::list_sort::ListSort;
 use crate::plan::{Plan, Request};
@@ -76,14 +77,17 @@ fn make(graph: &mut Graph, name: &str, (kind, mask): (u32, u32), count: u32) -> 
     let spec = make_keys::Spec { KIND: kind, MASK: mask };
     let pipeline = ComputePipeline { program: &make_keys::PROGRAM, constants: spec.values() };
     let groups = [count.div_ceil(make_keys::PROGRAM.local_size[0]).max(1), 1, 1];
-    graph.add(&format!("make_{name}"), Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups });
+    graph.add(
+        &format!("make_{name}"),
+        Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups: Groups::Fixed(groups) },
+    );
     keys
 }
 
-/// Words out of place, and what the checker finds.
-fn sorted(renderer: &Renderer, case: &Case) -> Result<(usize, usize)> {
+/// Words out of place, and what the checker finds, where the device knows how many lists there are or a buffer says.
+fn sorted(renderer: &Renderer, case: &Case, counted: bool) -> Result<(usize, usize)> {
     let scene = builtin::load("furnace")?;
-    let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..Request::default() }, &renderer.limits())?;
+    let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..crate::checks::forward() }, &renderer.limits())?;
     let stretches = case.list_count * case.stride;
     let offsets = reference::scan::run(&keys(case.lengths, stretches));
     let ends: Vec<usize> = offsets.iter().step_by(case.stride as usize).map(|&o| o as usize).collect();
@@ -96,7 +100,15 @@ fn sorted(renderer: &Renderer, case: &Case) -> Result<(usize, usize)> {
     let lengths = make(&mut graph, "lengths", case.lengths, stretches);
     let lists = make(&mut graph, "lists", case.entries, entry_count);
     let device_offsets = passes::scan::add(&mut graph, "lists", lengths, stretches);
-    passes::list_sort::add(&mut graph, "check", &sort, device_offsets, lists);
+    if counted {
+        let total = graph.word_buffer("total", 4, Lifetime::Transient);
+        graph.add("fill_total", Work::Fill { buffer: total, word: case.list_count });
+        let counted = passes::group_count::add(&mut graph, "check", total, case.list_count, 1);
+        let lists = Lists { lights: lists, offsets: device_offsets };
+        passes::list_sort::add_counted(&mut graph, "check", &sort, lists, &counted);
+    } else {
+        passes::list_sort::add(&mut graph, "check", &sort, device_offsets, lists);
+    }
     graph.end_frame();
     let results = passes::read_back::add_all(&mut graph, &[], &[("lists", lists)]);
     let mut prepared = renderer.prepare_frame(&scene, &plan, Frame { graph, scene: handles, results })?;
@@ -119,9 +131,11 @@ pub fn list_sort(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let mut violations = 0;
     for case in &CASES {
-        let (elsewhere, found) = sorted(renderer, case)?;
-        violations += found;
-        rows.push(Row::none(format!("C7 sort of {}", case.name), elsewhere, "words elsewhere"));
+        for (how, counted) in [("", false), (", counted", true)] {
+            let (elsewhere, found) = sorted(renderer, case, counted)?;
+            violations += found;
+            rows.push(Row::none(format!("C7 sort of {}{how}", case.name), elsewhere, "words elsewhere"));
+        }
     }
     rows.push(Row::none("barriers of the list sort proved", violations, "violations"));
     Ok(rows)

@@ -9,8 +9,7 @@ use crate::passes;
 use crate::plan::{CullTest, DepthBounds, Plan, Request, Technique};
 use crate::reference::depth_reduce::{self, TileBounds};
 use crate::reference::tile_cull::{self, Lists};
-use crate::renderer::Renderer;
-use crate::scene::lighting::{LightRules, RangeRule};
+use crate::renderer::{Prepared, Renderer};
 use crate::scene::{Scene, builtin, scatter};
 
 /// Not a multiple of any tile size: the last column and row are cut.
@@ -26,12 +25,20 @@ fn scene(name: &str, lights: usize) -> Result<Scene> {
 }
 
 fn request(technique: Technique) -> Request {
-    Request { width: SIZE.0, height: SIZE.1, technique, ..Request::default() }
+    Request { width: SIZE.0, height: SIZE.1, technique, ..crate::checks::forward() }
 }
 
 pub(in crate::checks) fn radiance(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Vec<u32>> {
-    let plan = Plan::new(scene, request, &renderer.limits())?;
-    let mut prepared = renderer.prepare(scene, &plan)?;
+    radiance_of(renderer, scene, &Plan::new(scene, request, &renderer.limits())?)
+}
+
+/// The bits of a planned picture.
+pub(in crate::checks) fn radiance_of(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Vec<u32>> {
+    bits_of_frame(renderer.prepare(scene, plan)?)
+}
+
+/// The bits of a picture that is ready to be drawn.
+pub(in crate::checks) fn bits_of_frame(mut prepared: Prepared) -> Result<Vec<u32>> {
     prepared.draw(1)?;
     let (picture, violations) = prepared.finish()?;
     if let Some(violation) = violations.first() {
@@ -44,7 +51,8 @@ fn words(picture: &Picture, layer: &str) -> Vec<u32> {
     picture.layer(layer).unwrap_or(&[]).iter().map(|x| x.to_bits()).collect()
 }
 
-fn differing(a: &[u32], b: &[u32]) -> usize {
+/// Pixels that differ; all there may be where the pictures cannot be compared.
+pub(in crate::checks) fn differing(a: &[u32], b: &[u32]) -> usize {
     if a.len() != b.len() || a.is_empty() {
         return usize::MAX;
     }
@@ -115,7 +123,8 @@ fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, Lists) {
     (bounds.iter().map(TileBounds::words).collect(), tile_cull::run(&inputs))
 }
 
-fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<(Plan, Made)> {
+/// Plans a request and makes its lists.
+pub(in crate::checks) fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<(Plan, Made)> {
     let plan = Plan::new(scene, request, &renderer.limits())?;
     let made = lists::make(renderer, scene, &plan)?;
     Ok((plan, made))
@@ -156,30 +165,4 @@ pub fn tile_lists(renderer: &Renderer) -> Result<Vec<Row>> {
         }
     }
     Ok(rows)
-}
-
-/// T3: each optimisation keeps what it gains, as waste on a fixed scene. A mask that quietly stops working fails here.
-pub fn tile_waste(renderer: &Renderer) -> Result<Vec<Row>> {
-    let scene = scene("atrium", 4096)?;
-    let rules = LightRules { range: RangeRule::Fixed(1.0), ..LightRules::default() };
-    let base = Request { width: 320, height: 180, rules, ..request(Technique::TiledForward) };
-    let waste = |cull, bounds| -> Result<f64> {
-        let request = Request { cull, depth_bounds: Some(bounds), ..base.clone() };
-        let (plan, made) = make(renderer, &scene, &request)?;
-        Ok(made.judge(&plan).waste_samples())
-    };
-    let box_mask = waste(CullTest::FrustumAabb, DepthBounds::Mask)?;
-    let box_bounds = waste(CullTest::FrustumAabb, DepthBounds::MinMax)?;
-    let box_off = waste(CullTest::FrustumAabb, DepthBounds::Off)?;
-    let planes_bounds = waste(CullTest::Frustum, DepthBounds::MinMax)?;
-    let row = |name: &str, gain: f64, least: f64| Row {
-        name: name.into(),
-        passed: gain >= least,
-        detail: format!("{gain:.3} times fewer pairs, at least {least}"),
-    };
-    Ok(vec![
-        row("T3 mask of slots against min and max", box_bounds / box_mask, 1.05),
-        row("T3 min and max against no bounds", box_off / box_bounds, 1.5),
-        row("T1 box and planes against planes", planes_bounds / box_bounds, 1.05),
-    ])
 }

@@ -1,5 +1,6 @@
 //! Hard cases and equalities as rows that anyone can run on their driver: `check` prints them, tests assert them.
 
+mod bytes;
 mod clusters;
 mod deferred;
 mod equalities;
@@ -9,15 +10,19 @@ mod layout;
 mod light_tree;
 mod list_sort;
 mod lists;
+mod million;
 mod oracle;
 mod prims;
+mod shapes;
 mod textured;
+mod waste;
 
 use crate::error::Result;
+use crate::plan::{Request, Technique};
 use crate::renderer::Renderer;
 
 pub use judge::{Judged, judge};
-pub use oracle::{scenes, shading_error, whole_picture_error};
+pub use oracle::{interior, scenes, shading_error, whole_picture_error};
 
 /// Result of one check.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +52,18 @@ impl Row {
 pub type Check = fn(&Renderer) -> Result<Vec<Row>>;
 
 /// Checks that take minutes, run besides by `check --deep`.
-pub const DEEP: &[(&str, Check)] = &[("projection_deep", hard::culling::projection_deep)];
+pub const DEEP: &[(&str, Check)] = &[
+    ("projection_deep", hard::culling::projection_deep),
+    ("million", million::million),
+    ("twins_deep", hard::twins::twins_deep),
+    ("waste_deep", waste::waste_deep),
+    ("shapes_deep", shapes::shapes),
+];
+
+/// What most checks draw: `auto` would choose by cost.
+fn forward() -> Request {
+    Request { technique: Technique::Forward, ..Request::default() }
+}
 
 /// Every check with its name.
 pub const ALL: &[(&str, Check)] = &[
@@ -59,12 +75,16 @@ pub const ALL: &[(&str, Check)] = &[
     ("scan", prims::scan),
     ("tiled", lists::tiled),
     ("tile_lists", lists::tile_lists),
-    ("tile_waste", lists::tile_waste),
+    ("tile_waste", waste::tile_waste),
+    ("waste", waste::waste),
+    ("twenty_runs", bytes::twenty_runs),
+    ("given_bounds", bytes::given_bounds),
     ("clustered", clusters::clustered),
     ("cluster_lists", clusters::cluster_lists),
     ("cluster_waste", clusters::cluster_waste),
     ("cluster_slices", clusters::cluster_slices),
     ("cluster_cases", clusters::cluster_cases),
+    ("cluster_trees", clusters::cluster_trees),
     ("deferred", deferred::deferred),
     ("markers", deferred::markers),
     ("volumes", deferred::volumes),
@@ -85,6 +105,8 @@ pub const ALL: &[(&str, Check)] = &[
     ("attenuations", hard::ranges::attenuations),
     ("many_lights", hard::sums::many_lights),
     ("long_loops", hard::sums::long_loops),
+    ("light_parts", hard::parts::light_parts),
+    ("lights_65536", million::many),
     ("radiance_range", hard::sums::radiance_range),
     ("surface_fallbacks", hard::surfaces::surface_fallbacks),
     ("far_camera", hard::views::far_camera),

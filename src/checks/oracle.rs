@@ -9,7 +9,7 @@ use crate::measure::picture::Picture;
 use crate::passes;
 use crate::passes::surface::LAYERS;
 use crate::plan::{Plan, Request};
-use crate::reference::render::Reference;
+use crate::reference::render::{self, Reference};
 use crate::reference::shade::Shader;
 use crate::reference::surface::Surface;
 use crate::renderer::Renderer;
@@ -123,14 +123,20 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
+/// Pixels in which a picture is compared with rays: those whose 3x3 neighbourhood is one surface.
+pub fn interior(traced: &render::Picture) -> Vec<bool> {
+    let mut mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
+    // The sky is no surface: tips thinner than a pixel stand before it in one picture and not in the other.
+    mask.iter_mut().zip(&traced.surface_id).for_each(|(m, id)| *m &= *id != u32::MAX);
+    mask
+}
+
 /// Mean relative error of a picture against rays through `scene` as `plan` sees it, over pixels whose 3x3 neighbourhood is one
 /// surface; and the share of such pixels.
 pub(super) fn against_rays(radiance: &[[f32; 4]], scene: &Scene, plan: &Plan) -> Result<(f64, f64)> {
     let reference = Reference::new(scene, &plan.view)?;
     let traced = reference.render(&shader(plan), &|_| {});
-    let mut mask = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
-    // The sky is no surface: tips thinner than a pixel stand before it in one picture and not in the other.
-    mask.iter_mut().zip(&traced.surface_id).for_each(|(m, id)| *m &= *id != u32::MAX);
+    let mask = interior(&traced);
     let share = mask.iter().filter(|m| **m).count() as f64 / mask.len().max(1) as f64;
     Ok((metrics::compare_masked(&traced.rgba, &metrics::widen(radiance), &mask).mean_relative, share))
 }
@@ -166,7 +172,7 @@ pub fn shading(renderer: &Renderer) -> Result<Vec<Row>> {
     for name in ["cornell", "corridor"] {
         let scene = lit(name, 64, 1)?;
         for shading in SHADINGS {
-            let request = Request { width: 160, height: 90, shading, ..Request::default() };
+            let request = Request { width: 160, height: 90, shading, ..crate::checks::forward() };
             let error = shading_error(renderer, &scene, &request)?;
             rows.push(Row::at_most(format!("shading {} against f64, {name}", shading.name()), error, SHADING_BOUND));
         }
@@ -179,7 +185,7 @@ pub fn picture(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for name in ["cornell", "furnace"] {
         let scene = lit(name, 16, 1)?;
-        let request = Request { width: 320, height: 180, ..Request::default() };
+        let request = Request { width: 320, height: 180, ..crate::checks::forward() };
         let (error, _) = whole_picture_error(renderer, &scene, &request)?;
         rows.push(Row::at_most(format!("picture against rays, {name}"), error, picture_bound(renderer)));
     }
@@ -196,7 +202,7 @@ pub fn scenes(renderer: &Renderer) -> Result<Vec<Row>> {
     for (name, _) in builtin::NAMES {
         let scene = lit(name, 64, 1)?;
         for shading in SHADINGS {
-            let request = Request { width: 320, height: 180, shading, ..Request::default() };
+            let request = Request { width: 320, height: 180, shading, ..crate::checks::forward() };
             let plan = Plan::new(&scene, &request, &renderer.limits())?;
             let shaded = Shaded::draw(renderer, &scene, &plan)?;
             let (mean, share) = against_rays(&shaded.radiance, &scene, &plan)?;
@@ -211,7 +217,7 @@ pub fn scenes(renderer: &Renderer) -> Result<Vec<Row>> {
             rows.push(picture);
         }
         for seed in OTHER_SEEDS {
-            let request = Request { width: 320, height: 180, ..Request::default() };
+            let request = Request { width: 320, height: 180, ..crate::checks::forward() };
             let error = shading_error(renderer, &lit(name, 64, seed)?, &request)?;
             rows.push(Row::at_most(format!("shading gltf against f64, {name}, seed {seed}"), error, SHADING_BOUND));
         }

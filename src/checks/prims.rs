@@ -3,7 +3,7 @@
 use super::Row;
 use crate::error::Result;
 use crate::graph::access::ComputeStorageWrite;
-use crate::graph::{BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::passes::{self, Frame, SceneHandles};
 use crate::plan::{Plan, Request};
 use crate::reference;
@@ -42,7 +42,10 @@ impl Keys {
         let spec = make_keys::Spec { KIND: self.kind, MASK: self.mask };
         let pipeline = ComputePipeline { program: &make_keys::PROGRAM, constants: spec.values() };
         let groups = [count.div_ceil(make_keys::PROGRAM.local_size[0]).max(1), 1, 1];
-        graph.add("make_keys", Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups });
+        graph.add(
+            "make_keys",
+            Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups: Groups::Fixed(groups) },
+        );
         (keys, values)
     }
 }
@@ -58,7 +61,7 @@ struct Runner<'a> {
 impl<'a> Runner<'a> {
     fn new(renderer: &'a Renderer) -> Result<Self> {
         let scene = builtin::load("furnace")?;
-        let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..Request::default() }, &renderer.limits())?;
+        let plan = Plan::new(&scene, &Request { width: 8, height: 8, ..crate::checks::forward() }, &renderer.limits())?;
         Ok(Self { renderer, scene, plan, violations: 0 })
     }
 
@@ -130,6 +133,19 @@ fn sorted_counted(runner: &mut Runner<'_>, keys: Keys, capacity: u32, count: u32
     Ok(misplaced(&results, &keys.list(count.min(capacity)), 32))
 }
 
+/// A scan of `each` items for each of as many things as a buffer says, of `capacity` items at most; words elsewhere than its twin's.
+fn scanned_counted(runner: &mut Runner<'_>, keys: Keys, capacity: u32, [count, each]: [u32; 2]) -> Result<usize> {
+    let results = runner.run(|graph| {
+        let (items, _) = keys.add(graph, capacity);
+        let total = graph.word_buffer("total", 4, Lifetime::Transient);
+        graph.add("fill_total", Work::Fill { buffer: total, word: count });
+        let counted = passes::group_count::add(graph, "check", total, capacity / each, each);
+        vec![("offsets", passes::scan::add_counted(graph, "check", items, capacity, &counted))]
+    })?;
+    let wanted = reference::scan::run(&keys.list((count * each).min(capacity)));
+    Ok(results.first().map_or(wanted.len(), |found| elsewhere(found, &wanted)))
+}
+
 /// Row C7: none, one, around one block and very many keys; alike, all distinct, sorted, reversed, extreme, and by few bits.
 ///
 /// # Errors
@@ -194,5 +210,16 @@ pub fn scan(renderer: &Renderer) -> Result<Vec<Row>> {
         let wanted = reference::scan::run(&keys.list(count));
         wrong += results.first().map_or(wanted.len(), |found| elsewhere(found, &wanted));
     }
-    Ok(vec![Row::none("scan equals its twin", wrong, "words elsewhere"), runner.barriers("the scan")])
+    let mut counted = 0;
+    // Around a run and a group of runs; the last is more than there is room for.
+    for count in [0, 1, 64, 65, 2048, 2049, 3000, 9000] {
+        for each in [1, 3] {
+            counted += scanned_counted(&mut runner, MIXED, 9000, [count, each])?;
+        }
+    }
+    Ok(vec![
+        Row::none("scan equals its twin", wrong, "words elsewhere"),
+        Row::none("scan of as many items as a buffer says", counted, "words elsewhere"),
+        runner.barriers("the scan"),
+    ])
 }

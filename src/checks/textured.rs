@@ -171,7 +171,7 @@ fn rows(renderer: &Renderer, cases: Vec<Case>) -> Result<Vec<Row>> {
     let (mut misplaced, mut not_finite, mut blind) = (0, 0, 0);
     for Case { name, scene, shading, ambient } in cases {
         let rules = LightRules { ambient: Vec3::splat(ambient), range: RangeRule::Infinite, ..LightRules::default() };
-        let request = Request { width: SIZE[0], height: SIZE[1], shading, rules, ..Request::default() };
+        let request = Request { width: SIZE[0], height: SIZE[1], shading, rules, ..crate::checks::forward() };
         let judged = judge(renderer, &scene, &request)?;
         misplaced += judged.misplaced;
         not_finite += judged.not_finite;

@@ -22,6 +22,15 @@ pub enum GbufferArg {
     Compact,
 }
 
+/// `--accumulation`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AccumulationArg {
+    /// 32-bit floats.
+    F32,
+    /// 16-bit floats: half the bytes, rounded after each light.
+    F16,
+}
+
 /// `--normal-bits`.
 pub(super) fn parse_normal_bits(text: &str) -> Result<u32, String> {
     match text {

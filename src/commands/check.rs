@@ -11,11 +11,28 @@ use crate::error::{Error, Result};
 use crate::gpu::Options;
 use crate::renderer::Renderer;
 
-/// Runs every check.
+/// The checks that were asked for.
+///
+/// # Errors
+/// None of that name.
+fn chosen(args: &Check) -> Result<Vec<&'static (&'static str, checks::Check)>> {
+    let part = args.only.as_deref().unwrap_or_default();
+    let deep = if args.deep { checks::DEEP } else { &[] };
+    let all = || checks::ALL.iter().chain(deep);
+    let found: Vec<_> = all().filter(|check| check.0.contains(part)).collect();
+    if found.is_empty() {
+        let names: Vec<&str> = all().map(|check| check.0).collect();
+        return Err(Error::usage(format!("--only {part}: no check has that in its name: {}", names.join(", "))));
+    }
+    Ok(found)
+}
+
+/// Runs every check that was asked for.
 ///
 /// # Errors
 /// Any check that failed or could not run.
 pub fn run(args: &Check) -> Result<ExitCode> {
+    let chosen = chosen(args)?;
     let renderer = Renderer::new(&Options { validate: args.validate, driver: args.driver.clone() })?;
     let facts = &renderer.device().facts;
     let quiet = report::json_on_stdout(args.json.as_deref());
@@ -23,8 +40,7 @@ pub fn run(args: &Check) -> Result<ExitCode> {
         report::print(&format!("{}\n", facts.line()))?;
     }
     let mut rows: Vec<Row> = Vec::new();
-    let deep = if args.deep { checks::DEEP } else { &[] };
-    for (name, check) in checks::ALL.iter().chain(deep) {
+    for (name, check) in chosen {
         let mut found = check(&renderer).unwrap_or_else(|e| {
             vec![Row { name: (*name).into(), passed: false, detail: format!("could not run: {e}") }]
         });

@@ -1,9 +1,11 @@
 //! One file a subcommand: from what was typed to the library's calls, and from results to text and JSON.
 
+mod accuracy;
 mod bench;
 mod check;
 mod devices;
 mod diff;
+mod measured;
 mod plan;
 mod render;
 mod report;
@@ -32,5 +34,6 @@ pub fn run(cli: Cli, started: Instant) -> Result<ExitCode> {
         Some(Command::Diff(args)) => diff::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Accuracy(args)) => accuracy::run(&args),
     }
 }

@@ -1,5 +1,7 @@
 //! `plan`: what would run and why, without drawing; and the summary that `render` prints.
 
+mod grids;
+
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
@@ -38,6 +40,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
             out += &describe::listing(&graph, &barriers);
         } else {
             out += &summary(&scene, &plan);
+            out += &grids::lines(&plan);
             out += &format!(
                 "memory    {} attachments, {} scene data\n",
                 report::bytes(plan.attachment_bytes()),
@@ -96,7 +99,8 @@ pub fn summary(scene: &Scene, plan: &Plan) -> String {
         report::count(scene.lights.len(), "light")
     );
     out += &format!("picture   {}x{} through camera \"{}\"\n", plan.view.width, plan.view.height, plan.view.name);
-    out += &format!("plan      {}, {} shading ({})\n", plan.technique.name(), plan.shading.name(), plan.technique_why);
+    out += &format!("plan      {}, {} shading\n", plan.technique.name(), plan.shading.name());
+    out += &format!("why       {}\n", plan.technique_why);
     for (title, runs) in [("runs", true), ("skipped", false)] {
         for effect in plan.effects.iter().filter(|e| e.runs == runs) {
             let cost = match (effect.bytes, runs) {
@@ -141,6 +145,9 @@ pub fn plan_json(plan: &Plan) -> Value {
         "light_fetch": plan.lights.fetch.name(),
         "attachment_bytes": plan.attachment_bytes(),
         "static_bytes": plan.static_bytes(),
+        "tiles": plan.tiles.as_ref().map(grids::tiles_json),
+        "clusters": plan.clusters.as_ref().map(grids::clusters_json),
+        "gbuffer": plan.deferred.as_ref().map(|deferred| grids::gbuffer_json(plan, &deferred.gbuffer)),
         "effects": plan.effects,
     })
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::cli::{
-    ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg, FetchArg, GbufferArg, LimitsChoice,
-    OnOff, ShadingArg, Shared, TechniqueChoice,
+    AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg, FetchArg,
+    GbufferArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
 };
 use crate::error::{Error, Result};
 use crate::plan::{
-    CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Limits,
-    Request, Technique,
+    Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
+    FetchChoice, GbufferLayout, Limits, Request, Technique,
 };
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
@@ -67,6 +67,11 @@ pub fn shading(arg: ShadingArg) -> Shading {
     }
 }
 
+/// Ranges as `--light-range` gives them.
+pub fn range(metres: f64) -> RangeRule {
+    if metres == f64::INFINITY { RangeRule::Infinite } else { RangeRule::Fixed(metres) }
+}
+
 fn rules(shared: &Shared) -> Result<LightRules> {
     let mut rules = LightRules::default();
     if let Some([r, g, b]) = shared.ambient {
@@ -79,8 +84,7 @@ fn rules(shared: &Shared) -> Result<LightRules> {
         (Some(_), Some(_)) => {
             return Err(Error::usage("--light-range and --light-cutoff both decide the range of lights: give one"));
         }
-        (Some(range), None) if range == f64::INFINITY => RangeRule::Infinite,
-        (Some(range), None) => RangeRule::Fixed(range),
+        (Some(metres), None) => range(metres),
         (None, Some(cutoff)) => RangeRule::Cutoff(cutoff),
         (None, None) => rules.range,
     };
@@ -137,6 +141,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             TechniqueChoice::Deferred => Technique::Deferred,
             TechniqueChoice::TiledDeferred => Technique::TiledDeferred,
             TechniqueChoice::TiledForward => Technique::TiledForward,
+            TechniqueChoice::ClusteredDeferred => Technique::ClusteredDeferred,
             TechniqueChoice::ClusteredForward => Technique::ClusteredForward,
             TechniqueChoice::Reference => Technique::Reference,
         },
@@ -158,6 +163,12 @@ pub fn request(shared: &Shared) -> Result<Request> {
         },
         depth_bounds: depth_bounds(shared)?,
         cluster_bounds: cluster_bounds(shared)?,
+        slices_per_octave: shared.slices_per_octave,
+        assign: match shared.assign {
+            AssignArg::Auto => AssignChoice::Auto,
+            AssignArg::Tiles => AssignChoice::Tiles,
+            AssignArg::Tree => AssignChoice::Tree,
+        },
         cluster_normals: shared.cluster_normals,
         deferred_lights: match shared.deferred_lights {
             DeferredLightsArg::Volumes => DeferredLights::Volumes,
@@ -169,6 +180,10 @@ pub fn request(shared: &Shared) -> Result<Request> {
             GbufferArg::Compact => GbufferLayout::Compact,
         },
         normal_bits: shared.normal_bits,
+        accumulation: match shared.accumulation {
+            AccumulationArg::F32 => Accumulation::F32,
+            AccumulationArg::F16 => Accumulation::F16,
+        },
         show_lights: shared.show_lights,
         camera,
         debug_view: shared.debug_view.map(|view| match view {
@@ -180,10 +195,17 @@ pub fn request(shared: &Shared) -> Result<Request> {
             DebugViewArg::TileMax => DebugView::TileMax,
             DebugViewArg::TileLights => DebugView::TileLights,
             DebugViewArg::TileMask => DebugView::TileMask,
+            DebugViewArg::Clusters => DebugView::Clusters,
+            DebugViewArg::ClusterLights => DebugView::ClusterLights,
+            DebugViewArg::Slices => DebugView::Slices,
             DebugViewArg::Quads => DebugView::Quads,
             DebugViewArg::Missed => DebugView::Missed,
             DebugViewArg::Waste => DebugView::Waste,
             DebugViewArg::Lights => DebugView::Lights,
+            DebugViewArg::GbufferAlbedo => DebugView::GbufferAlbedo,
+            DebugViewArg::GbufferNormal => DebugView::GbufferNormal,
+            DebugViewArg::GbufferMaterial => DebugView::GbufferMaterial,
+            DebugViewArg::GbufferEmission => DebugView::GbufferEmission,
         }),
     })
 }

@@ -15,7 +15,7 @@ use super::pipeline_cache::PipelineCache;
 use crate::error::{Error, Result};
 use crate::graph::access::Access;
 use crate::graph::program::{Program, SlotKind};
-use crate::graph::{Binding, BufferHandle, Graph, ImageHandle, Lifetime, Resource, Work};
+use crate::graph::{Binding, BufferHandle, Graph, GraphicsPipeline, Groups, ImageHandle, Lifetime, Resource, Work};
 
 /// Sets of one pipeline of a node: set 0, and set 1 by material.
 #[derive(Debug, Default, Clone)]
@@ -169,6 +169,16 @@ impl Realized {
     }
 }
 
+fn check_groups(device: &Device, name: &str, groups: Groups) -> Result<()> {
+    let most = device.facts.limits.max_compute_work_group_count;
+    match groups {
+        Groups::Fixed(groups) if groups.iter().zip(most).any(|(g, m)| *g > m) => {
+            Err(Error::new(format!("{name} needs {groups:?} workgroups, this device takes {most:?}")))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn create_pipelines(
     device: &Arc<Device>,
     graph: &Graph,
@@ -176,22 +186,25 @@ fn create_pipelines(
 ) -> Result<(Vec<Pipeline>, Vec<NodeObjects>)> {
     let mut pipelines = Vec::new();
     let mut nodes = Vec::new();
+    // Passes that continue one another share theirs: drivers compile each anew.
+    let mut drawn: Vec<(&GraphicsPipeline, usize)> = Vec::new();
     for node in &graph.nodes {
         let mut objects = NodeObjects::default();
         match &node.work {
             Work::Dispatch { pipeline, groups, .. } => {
-                let most = device.facts.limits.max_compute_work_group_count;
-                if groups.iter().zip(most).any(|(g, m)| *g > m) {
-                    let name = &node.name;
-                    return Err(Error::new(format!("{name} needs {groups:?} workgroups, this device takes {most:?}")));
-                }
+                check_groups(device, &node.name, *groups)?;
                 pipelines.push(Pipeline::compute(device, cache, pipeline)?);
                 objects.pipelines.push(pipelines.len() - 1);
             }
             Work::Render(render) => {
                 for pipeline in &render.pipelines {
+                    if let Some(&(_, known)) = drawn.iter().find(|(known, _)| *known == pipeline) {
+                        objects.pipelines.push(known);
+                        continue;
+                    }
+                    drawn.push((pipeline, pipelines.len()));
+                    objects.pipelines.push(pipelines.len());
                     pipelines.push(Pipeline::graphics(device, cache, pipeline)?);
-                    objects.pipelines.push(pipelines.len() - 1);
                 }
             }
             _ => {}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Access, Binding, Declared, Graph, Lifetime, Node, Resource, Work};
+use super::{Access, Binding, Declared, Graph, Groups, Lifetime, Node, Resource, Work};
 
 /// One declaration.
 pub(super) fn access(name: &str, resource: Resource, access: Access, fresh: bool) -> Declared {
@@ -13,7 +13,13 @@ pub(super) fn access(name: &str, resource: Resource, access: Access, fresh: bool
 pub(super) fn accesses_of(work: &Work) -> Vec<Declared> {
     let of_binding = |b: &Binding| access(b.name, b.resource, b.access, b.fresh);
     match work {
-        Work::Dispatch { bindings, .. } => bindings.iter().map(of_binding).collect(),
+        Work::Dispatch { bindings, groups, .. } => {
+            let mut list: Vec<_> = bindings.iter().map(of_binding).collect();
+            if let Groups::Indirect(buffer) = groups {
+                list.push(access("groups", Resource::Buffer(*buffer), Access::IndirectRead, false));
+            }
+            list
+        }
         Work::Render(render) => {
             let mut list: Vec<_> = render.bindings.iter().map(of_binding).collect();
             for binding in render.material_bindings.iter().flatten() {

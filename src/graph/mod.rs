@@ -57,7 +57,8 @@ pub struct BufferInfo {
     pub name: String,
     /// Size.
     pub bytes: u64,
-    /// Format of a texel where the buffer is bound as a texel buffer; what the shader's sampler type has to match.
+    /// Format of a texel where the buffer is bound as a texel buffer, what the shader's sampler type has to match; where a picture is
+    /// read back, that of its image.
     pub texel_format: vk::Format,
     /// See [`Lifetime`].
     pub lifetime: Lifetime,
@@ -162,6 +163,16 @@ impl PartialEq for Program {
     }
 }
 
+/// How many workgroups a dispatch has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Groups {
+    /// So many along x, y and z.
+    Fixed([u32; 3]),
+    /// As many as the first three words of a buffer say when the node runs. Nobody checks them against the device's limits:
+    /// whoever writes them keeps each to 65,535.
+    Indirect(BufferHandle),
+}
+
 /// What a node does.
 #[derive(Debug)]
 pub enum Work {
@@ -174,7 +185,7 @@ pub enum Work {
         /// Bytes of the push constants.
         push: Vec<u8>,
         /// Workgroups.
-        groups: [u32; 3],
+        groups: Groups,
     },
     /// Rasterisation into attachments.
     Render(Render),

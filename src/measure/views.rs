@@ -1,5 +1,8 @@
 //! Debug views: pictures of intermediate values in display bytes, each with the legend that says what its colours mean.
 
+use std::collections::BTreeSet;
+
+use super::color_map;
 use super::exposure::{self, Tonemap};
 use super::picture::Picture;
 use super::plot::legend::{Bar, Colors, Legend};
@@ -20,6 +23,10 @@ const DARKENED: f64 = 0.35;
 pub enum View {
     /// Layer's RGB as it is.
     Color(&'static str),
+    /// Layer's RGB, and what it is, scaled so that the largest channel is white.
+    Brightness(&'static str, &'static str),
+    /// Layer's three numbers from 0..1, and what they are.
+    Shares(&'static str, &'static str),
     /// Layer's XYZ from -1..1.
     Direction(&'static str),
     /// Distance from a position layer's -z in false colour, logarithmic.
@@ -28,6 +35,8 @@ pub enum View {
     Raw(&'static str),
     /// One value a pixel in false colour.
     Numbers(Numbers),
+    /// One id a pixel, and what it names, each in a colour of its own. A pixel without one holds a NaN.
+    Identities(&'static str, &'static str),
 }
 
 /// A layer of one number a pixel, and how its numbers are spread over colours. A pixel without a number holds a NaN.
@@ -82,6 +91,11 @@ pub fn draw(picture: &Picture, view: View) -> Result<Shown> {
             let text = "linear base colour, shown as sRGB";
             Ok(plain(exposure::display(rgba(name)?, 0.0, Tonemap::None), text))
         }
+        View::Brightness(name, text) => Ok(brightness(rgba(name)?, text)),
+        View::Shares(name, text) => {
+            let text = format!("{text}, from 0 (dark) to 1 (bright)");
+            Ok(plain(bytes(rgba(name)?.iter().map(|p| shares([p[0], p[1], p[2]]))), &text))
+        }
         View::Direction(name) => {
             let colors = rgba(name)?.iter().map(direction);
             Ok(plain(bytes(colors), "normal in view space: x red, y green, z blue, from -1 (dark) to 1 (bright)"))
@@ -101,7 +115,25 @@ pub fn draw(picture: &Picture, view: View) -> Result<Shown> {
             Ok(Shown { rgba8, legend: Legend { bar: Some(bar), text, keys: Vec::new() } })
         }
         View::Numbers(numbers) => Ok(heat(values(numbers.layer)?, &numbers)),
+        View::Identities(name, text) => Ok(identities(values(name)?, text)),
     }
+}
+
+/// RGB whose largest channel is white.
+fn brightness(pixels: &[[f32; 4]], text: &str) -> Shown {
+    let channels = pixels.iter().flat_map(|p| &p[..3]).copied();
+    let most = channels.filter(|x| x.is_finite()).fold(0.0f32, f32::max);
+    let rgba8 = exposure::display(pixels, if most > 0.0 { -f64::from(most).log2() } else { 0.0 }, Tonemap::None);
+    let white = if most > 0.0 { format!("shown as sRGB: white is {most}") } else { "0 everywhere".into() };
+    plain(rgba8, &format!("{text}, {white}"))
+}
+
+/// One id a pixel, each in a colour of its own; black where there is none.
+fn identities(ids: &[f32], text: &str) -> Shown {
+    let color = |&id: &f32| if id.is_finite() { color_map::identity(id as u32) } else { BLACK };
+    let rgba8 = bytes(ids.iter().map(color));
+    let seen: BTreeSet<u32> = ids.iter().filter(|id| id.is_finite()).map(|&id| id as u32).collect();
+    plain(rgba8, &format!("{text}, each in a colour of its own: {} in the picture", seen.len()))
 }
 
 /// One number a pixel in false colour; black where there is none.
@@ -192,13 +224,13 @@ fn covered(p: &[f32; 4]) -> bool {
 
 fn direction(p: &[f32; 4]) -> [u8; 3] {
     let xyz = [p[0], p[1], p[2]];
-    match covered(p) {
-        true if xyz.iter().all(|x| x.is_finite()) => {
-            xyz.map(|x| ((f64::from(x) * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0).round() as u8)
-        }
-        true => MAGENTA,
-        false => BLACK,
-    }
+    if covered(p) { shares(xyz.map(|x| x * 0.5 + 0.5)) } else { BLACK }
+}
+
+/// Numbers from 0 to 1 as they are.
+fn shares(numbers: [f32; 3]) -> [u8; 3] {
+    let all = numbers.iter().all(|x| x.is_finite());
+    if all { numbers.map(|x| (f64::from(x).clamp(0.0, 1.0) * 255.0).round() as u8) } else { MAGENTA }
 }
 
 /// Luma of display bytes (Rec. 709's weights), darkened.
@@ -266,13 +298,33 @@ mod tests {
     }
 
     #[test]
+    fn ids_are_told_apart_and_counted() {
+        let shown = identities(&[0.0, 7.0, f32::NAN, 7.0, 8.0], "clusters");
+        let drawn = pixels(&shown);
+        assert_eq!((drawn[1], drawn[2]), (drawn[3], BLACK));
+        assert!(drawn[0] != drawn[1] && drawn[1] != drawn[4] && drawn[0] != drawn[4], "{drawn:?}");
+        assert_eq!(shown.legend.sentence(), "clusters, each in a colour of its own: 3 in the picture");
+    }
+
+    #[test]
+    fn the_brightest_channel_is_white() {
+        let shown = brightness(&[[4.0, 0.0, 1.0, 1.0], [0.0; 4], [f32::INFINITY, 0.0, 0.0, 1.0]], "emission");
+        assert_eq!(pixels(&shown), [[255, 0, 137], BLACK, MAGENTA]);
+        assert_eq!(shown.legend.sentence(), "emission, shown as sRGB: white is 4");
+        let dark = brightness(&[[0.0; 4]], "emission");
+        assert_eq!((pixels(&dark), dark.legend.sentence()), (vec![BLACK], "emission, 0 everywhere".to_string()));
+    }
+
+    #[test]
     fn layers_are_shown_or_named() {
         let mut picture = Picture::new(2, 1);
         picture.add_layer("normals", vec![0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         picture.add_layer("raw", vec![0.25, 0.5]);
+        picture.add_layer("material", vec![0.5, 0.0, 1.0, 1.0, f32::NAN, 0.0, 0.0, 1.0]);
         let shown = |view| draw(&picture, view).map(|shown| pixels(&shown));
         assert_eq!(shown(View::Direction("normals")), Ok(vec![[128, 128, 255], BLACK]));
         assert_eq!(shown(View::Raw("raw")), Ok(vec![[128; 3], [255; 3]]));
+        assert_eq!(shown(View::Shares("material", "numbers")), Ok(vec![[128, 0, 255], MAGENTA]));
         let refused = shown(View::Numbers(counts())).expect_err("no such layer");
         assert_eq!(refused.to_string(), "the frame has no layer n to show");
     }

@@ -1,23 +1,25 @@
-//! Light assignment: which lights of its tile touch a cluster, in id order (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
+//! Light assignment: which lights touch a cluster, in id order (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
 //!
-//! Reads: tile grid, lights to cull, tile lists, tile edges, slices; keys and boxes of clusters, where there are any. Writes: cluster lists
-//! and where each begins. Steps: cells (what is asked of each cluster, in one image), count, scan, fill; groups of 64, a thread a cluster.
-//! Threads beyond the number of clusters, which only the device knows, do nothing. Limits: the plan sizes the lists for the most there can
-//! be. CPU twin: `reference/cluster_assign.rs`.
+//! Reads: tile grid, lights to cull, candidates (lists of tiles; `cluster_walk` has those from the light hierarchy), tile edges, slices;
+//! keys and boxes of clusters, where there are any. Writes: cluster lists and where each begins. Steps: cells (what is asked of each
+//! cluster, in one image), count, scan, fill; groups of 64, a thread a cluster, as many groups as the device finds clusters. Limits: the
+//! plan sizes the lists for the most there can be. CPU twin: `reference/cluster_assign.rs`.
 
 use ash::vk;
 
-use super::cluster_keys::{groups, words};
+use super::cluster_keys::words;
+use super::group_count::{self, Counted};
 use super::tile_bin::cull_fetch;
 use super::tile_cull::{Lists, list_fetch};
-use super::{ClusterHandles, TileHandles, dispatch, nearest_sampler, scan};
+use super::{ClusterHandles, TileHandles, cluster_walk, dispatch_groups, nearest_sampler, scan};
 use crate::graph::access::{
     ComputeImageWrite, ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel, ComputeUniform,
 };
 use crate::graph::{BufferHandle, Contents, Graph, ImageHandle, Lifetime, Work};
+use crate::plan::assign::TreeSource;
 use crate::plan::{ClusterBounds, Clusters, Tiles};
 use crate::shaders::cluster::{cluster_cells, cluster_count, cluster_fill};
-use crate::shared::{ASSIGN_TILE, CELL_TEXELS, CELLS_WIDE};
+use crate::shared::{ASSIGN_TILE, ASSIGN_TREE, CELL_TEXELS, CELLS_WIDE};
 
 /// Clusters that own samples.
 #[derive(Debug, Clone, Copy)]
@@ -26,8 +28,27 @@ pub struct Keyed {
     pub keys: BufferHandle,
     /// `BOX_WORDS` floats a cluster, where bounds are explicit.
     pub bounds: BufferHandle,
-    /// One u32: how many there are.
-    pub total: BufferHandle,
+    /// How many there are.
+    pub counted: Counted,
+}
+
+/// Where candidates come from.
+#[derive(Debug, Clone, Copy)]
+pub enum Candidates<'a> {
+    /// The lists of tiles.
+    Tiles(Lists),
+    /// The light hierarchy, and its header and entries.
+    Tree(&'a TreeSource, BufferHandle),
+}
+
+impl Candidates<'_> {
+    /// The lists of tiles, where they are the source.
+    pub fn lists(self) -> Option<Lists> {
+        match self {
+            Self::Tiles(lists) => Some(lists),
+            Self::Tree(..) => None,
+        }
+    }
 }
 
 /// What the pass needs.
@@ -42,7 +63,7 @@ pub struct Inputs<'a> {
     /// Their static buffers.
     pub handles: &'a ClusterHandles,
     /// Candidates.
-    pub tile_lists: Lists,
+    pub candidates: Candidates<'a>,
     /// `None` where every slice of every tile is a cluster.
     pub keyed: Option<Keyed>,
 }
@@ -50,57 +71,65 @@ pub struct Inputs<'a> {
 /// Adds the steps.
 pub fn add(graph: &mut Graph, inputs: &Inputs) -> Lists {
     let capacity = inputs.clusters.grid.capacity;
-    let total = inputs.keyed.map_or_else(|| every_cluster(graph, capacity), |keyed| keyed.total);
-    let cells = cells(graph, inputs, total);
-    let counts = words(graph, "cluster_counts", u64::from(capacity));
-    count(graph, inputs, [total, counts], cells);
-    let offsets = scan::add(graph, "cluster", counts, capacity);
-    let lights = words(graph, "cluster_lights", inputs.clusters.pairs);
-    fill(graph, inputs, total, cells, Lists { lights, offsets });
-    Lists { lights, offsets }
+    let counted = inputs.keyed.map_or_else(|| every_cluster(graph, capacity), |keyed| keyed.counted);
+    let cells = cells(graph, inputs, &counted);
+    match inputs.candidates {
+        Candidates::Tiles(tile_lists) => from_tiles(graph, inputs, tile_lists, &counted, cells),
+        Candidates::Tree(source, texels) => {
+            let walked = cluster_walk::Inputs { assign: inputs, source, texels, counted, cells };
+            cluster_walk::add(graph, &walked)
+        }
+    }
 }
 
 /// The number of clusters where the plan knows it.
-fn every_cluster(graph: &mut Graph, count: u32) -> BufferHandle {
+fn every_cluster(graph: &mut Graph, count: u32) -> Counted {
     let total = words(graph, "cluster_total", 1);
     graph.add("fill_cluster_total", Work::Fill { buffer: total, word: count });
-    total
+    group_count::known(total, count, 1)
 }
 
-fn explicit(clusters: &Clusters) -> bool {
+/// Value of EXPLICIT.
+pub(super) fn explicit(clusters: &Clusters) -> bool {
     clusters.bounds == ClusterBounds::Explicit
 }
 
-fn cells(graph: &mut Graph, inputs: &Inputs, total: BufferHandle) -> ImageHandle {
-    let capacity = inputs.clusters.grid.capacity;
-    let size = [CELLS_WIDE * CELL_TEXELS, capacity.div_ceil(CELLS_WIDE).max(1)];
+fn cells(graph: &mut Graph, inputs: &Inputs, counted: &Counted) -> ImageHandle {
+    let size = [CELLS_WIDE * CELL_TEXELS, inputs.clusters.grid.capacity.div_ceil(CELLS_WIDE).max(1)];
     let cells = graph.image("cluster_cells", vk::Format::R32G32B32A32_UINT, size, Lifetime::Transient);
-    let offsets = inputs.tile_lists.offsets;
+    let (assign, offsets) = match inputs.candidates {
+        Candidates::Tiles(lists) => (ASSIGN_TILE, Some(lists.offsets)),
+        Candidates::Tree(..) => (ASSIGN_TREE, None),
+    };
+    // Stands in for what is not there and not read; something has to be bound.
+    let any = offsets.unwrap_or(counted.total);
     let set = cluster_cells::Bindings {
         grid: ComputeUniform(inputs.tile_handles.grid),
         clusters: ComputeUniform(inputs.handles.grid),
-        cluster_total: ComputeTexel(total),
+        cluster_total: ComputeTexel(counted.total),
         cluster_slices: ComputeTexel(inputs.handles.slices),
-        tile_offsets: ComputeStorageRead(offsets),
-        // Not read where there are none; something has to be bound.
-        cluster_keys: ComputeStorageRead(inputs.keyed.map_or(offsets, |keyed| keyed.keys)),
-        cluster_bounds: ComputeStorageRead(inputs.keyed.map_or(offsets, |keyed| keyed.bounds)),
+        tile_offsets: ComputeStorageRead(any),
+        cluster_keys: ComputeStorageRead(inputs.keyed.map_or(any, |keyed| keyed.keys)),
+        cluster_bounds: ComputeStorageRead(inputs.keyed.map_or(any, |keyed| keyed.bounds)),
         cluster_cells: ComputeImageWrite(cells, Contents::Discarded),
     };
-    let spec = cluster_cells::Spec { DENSE: inputs.keyed.is_none(), EXPLICIT: explicit(inputs.clusters) };
-    graph.add("cluster_cells", dispatch(&cluster_cells::PROGRAM, spec.values(), set.list(), groups(capacity)));
+    let spec =
+        cluster_cells::Spec { DENSE: inputs.keyed.is_none(), EXPLICIT: explicit(inputs.clusters), ASSIGN: assign };
+    let work = dispatch_groups(&cluster_cells::PROGRAM, spec.values(), set.list(), counted.groups);
+    graph.add("cluster_cells", work);
     cells
 }
 
-fn count(graph: &mut Graph, inputs: &Inputs, [total, counts]: [BufferHandle; 2], cells: ImageHandle) {
+fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &Counted, cells: ImageHandle) -> Lists {
+    let capacity = inputs.clusters.grid.capacity;
+    let counts = words(graph, "cluster_counts", u64::from(capacity));
     let set = cluster_count::Bindings {
         grid: ComputeUniform(inputs.tile_handles.grid),
         cull_lights_storage: ComputeStorageRead(inputs.tile_handles.lights),
         cull_lights_texel: ComputeTexel(inputs.tile_handles.lights),
-        tile_lights_storage: ComputeStorageRead(inputs.tile_lists.lights),
-        tile_lights_texel: ComputeTexel(inputs.tile_lists.lights),
-        clusters: ComputeUniform(inputs.handles.grid),
-        cluster_total: ComputeTexel(total),
+        tile_lights_storage: ComputeStorageRead(tile_lists.lights),
+        tile_lights_texel: ComputeTexel(tile_lists.lights),
+        cluster_total: ComputeTexel(counted.total),
         cluster_cells: ComputeSampled(cells, nearest_sampler()),
         tile_edges: ComputeTexel(inputs.tile_handles.edges),
         cluster_counts: ComputeStorageWrite(counts),
@@ -109,32 +138,24 @@ fn count(graph: &mut Graph, inputs: &Inputs, [total, counts]: [BufferHandle; 2],
         CULL_FETCH: cull_fetch(inputs.tiles),
         LIST_FETCH: list_fetch(inputs.tiles),
         EXPLICIT: explicit(inputs.clusters),
-        ASSIGN: ASSIGN_TILE,
     };
-    let threads = groups(inputs.clusters.grid.capacity);
-    graph.add("cluster_count", dispatch(&cluster_count::PROGRAM, spec.values(), set.list(), threads));
-}
-
-fn fill(graph: &mut Graph, inputs: &Inputs, total: BufferHandle, cells: ImageHandle, lists: Lists) {
+    let constants = spec.values();
+    let work = dispatch_groups(&cluster_count::PROGRAM, constants.clone(), set.list(), counted.groups);
+    graph.add("cluster_count", work);
+    let offsets = scan::add_counted(graph, "cluster", counts, capacity, counted);
+    let lights = words(graph, "cluster_lights", inputs.clusters.pairs);
     let set = cluster_fill::Bindings {
         grid: ComputeUniform(inputs.tile_handles.grid),
         cull_lights_storage: ComputeStorageRead(inputs.tile_handles.lights),
         cull_lights_texel: ComputeTexel(inputs.tile_handles.lights),
-        tile_lights_storage: ComputeStorageRead(inputs.tile_lists.lights),
-        tile_lights_texel: ComputeTexel(inputs.tile_lists.lights),
-        clusters: ComputeUniform(inputs.handles.grid),
-        cluster_total: ComputeTexel(total),
+        tile_lights_storage: ComputeStorageRead(tile_lists.lights),
+        tile_lights_texel: ComputeTexel(tile_lists.lights),
+        cluster_total: ComputeTexel(counted.total),
         cluster_cells: ComputeSampled(cells, nearest_sampler()),
         tile_edges: ComputeTexel(inputs.tile_handles.edges),
-        cluster_offsets: ComputeStorageRead(lists.offsets),
-        cluster_lights: ComputeStorageWrite(lists.lights),
+        cluster_offsets: ComputeStorageRead(offsets),
+        cluster_lights: ComputeStorageWrite(lights),
     };
-    let spec = cluster_fill::Spec {
-        CULL_FETCH: cull_fetch(inputs.tiles),
-        LIST_FETCH: list_fetch(inputs.tiles),
-        EXPLICIT: explicit(inputs.clusters),
-        ASSIGN: ASSIGN_TILE,
-    };
-    let threads = groups(inputs.clusters.grid.capacity);
-    graph.add("cluster_fill", dispatch(&cluster_fill::PROGRAM, spec.values(), set.list(), threads));
+    graph.add("cluster_fill", dispatch_groups(&cluster_fill::PROGRAM, constants, set.list(), counted.groups));
+    Lists { lights, offsets }
 }

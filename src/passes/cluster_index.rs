@@ -9,9 +9,10 @@
 
 use ash::vk;
 
-use super::cluster_keys::{Entries, Inputs, groups, words};
+use super::cluster_keys::{Entries, Inputs, words};
 use super::cluster_unique::Merged;
-use super::{dispatch, nearest_sampler};
+use super::group_count::rows;
+use super::{dispatch, dispatch_groups, nearest_sampler};
 use crate::graph::access::{
     ComputeImageWrite, ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel, ComputeUniform,
 };
@@ -49,17 +50,18 @@ pub fn add(graph: &mut Graph, inputs: &Inputs, entries: &Entries, merged: Option
         cluster_index: ComputeImageWrite(index, Contents::Discarded),
     };
     let spec = cluster_index::Spec { EXPLICIT: explicit, MERGED: merged.is_some() };
-    let work = dispatch(&cluster_index::PROGRAM, spec.values(), set.list(), groups(grid.block_count));
+    let work = dispatch(&cluster_index::PROGRAM, spec.values(), set.list(), rows(grid.block_count));
     graph.add("cluster_index", work);
     let Some(merged) = merged.filter(|_| explicit) else { return Indexed { index, bounds: entry_bounds } };
     let bounds = words(graph, "cluster_bounds", box_words(grid.capacity));
     let set = cluster_bounds::Bindings {
-        cluster_total: ComputeTexel(merged.total),
+        cluster_total: ComputeTexel(merged.counted.total),
         cluster_first: ComputeStorageRead(merged.first),
         sorted_origins: ComputeStorageRead(merged.sorted_origins),
         entry_bounds: ComputeStorageRead(entry_bounds),
         cluster_bounds: ComputeStorageWrite(bounds),
     };
-    graph.add("cluster_bounds", dispatch(&cluster_bounds::PROGRAM, Vec::new(), set.list(), groups(grid.capacity)));
+    let groups = merged.counted.groups;
+    graph.add("cluster_bounds", dispatch_groups(&cluster_bounds::PROGRAM, Vec::new(), set.list(), groups));
     Indexed { index, bounds }
 }

@@ -6,6 +6,7 @@
 //! is what CPU drivers are fastest at), scan, compact. Sky has no key. Limits: the plan sizes a block for a key a sample or a slice.
 //! CPU twin: `reference/cluster_keys.rs`.
 
+use super::group_count::{self, Counted, rows};
 use super::{dispatch, nearest_sampler, scan};
 use crate::graph::access::{
     ComputeSampled, ComputeStorageRead, ComputeStorageReadWrite, ComputeStorageWrite, ComputeUniform,
@@ -38,15 +39,8 @@ pub struct Entries {
     pub keys: BufferHandle,
     /// u32 an entry: its own number; one word where nothing sorts them.
     pub origins: BufferHandle,
-    /// One u32: how many there are.
-    pub total: BufferHandle,
-}
-
-/// Groups of 64 threads in rows, as `glsl/inc/cluster_thread.glsl` counts them: a dimension has 65,535 at most.
-pub(super) fn groups(threads: u32) -> [u32; 3] {
-    let groups = threads.div_ceil(64).max(1);
-    let wide = groups.min(65_535);
-    [wide, groups.div_ceil(wide), 1]
+    /// How many there are.
+    pub counted: Counted,
 }
 
 /// Declares an array of words.
@@ -54,11 +48,22 @@ pub(super) fn words(graph: &mut Graph, name: &str, count: u64) -> BufferHandle {
     graph.word_buffer(name, count.max(1) * 4, Lifetime::Transient)
 }
 
-/// Adds the node that takes word `at` of some offsets, their total, into a buffer of its own.
-pub(super) fn add_total(graph: &mut Graph, name: &str, offsets: BufferHandle, at: u32) -> BufferHandle {
+/// Adds the node that takes the total of offsets of `most` items into a buffer of its own; of as many as `count` says, where there is one.
+pub(super) fn add_total(
+    graph: &mut Graph,
+    name: &str,
+    offsets: BufferHandle,
+    most: u32,
+    count: Option<BufferHandle>,
+) -> BufferHandle {
     let total = words(graph, name, 1);
-    let set = cluster_total::Bindings { offsets: ComputeStorageRead(offsets), total: ComputeStorageWrite(total) };
-    let spec = cluster_total::Spec { AT: at };
+    let set = cluster_total::Bindings {
+        offsets: ComputeStorageRead(offsets),
+        // Not read where their number is known; something has to be bound.
+        count: ComputeStorageRead(count.unwrap_or(offsets)),
+        total: ComputeStorageWrite(total),
+    };
+    let spec = cluster_total::Spec { AT: most, COUNTED: count.is_some() };
     graph.add(name, dispatch(&cluster_total::PROGRAM, spec.values(), set.list(), [1, 1, 1]));
     total
 }
@@ -76,9 +81,10 @@ pub fn add(graph: &mut Graph, inputs: &Inputs) -> Entries {
         block_keys: ComputeStorageReadWrite(block_keys),
         block_counts: ComputeStorageWrite(counts),
     };
-    graph.add("cluster_keys", dispatch(&cluster_keys::PROGRAM, Vec::new(), set.list(), groups(blocks)));
+    graph.add("cluster_keys", dispatch(&cluster_keys::PROGRAM, Vec::new(), set.list(), rows(blocks)));
     let block_offsets = scan::add(graph, "block", counts, blocks);
-    let total = add_total(graph, "entry_total", block_offsets, blocks);
+    let total = add_total(graph, "entry_total", block_offsets, blocks, None);
+    let counted = group_count::add(graph, "entry", total, grid.entry_capacity, 1);
     let keys = words(graph, "entry_keys", u64::from(grid.entry_capacity));
     let origins = words(graph, "entry_origins", if clusters.merged { u64::from(grid.entry_capacity) } else { 1 });
     let set = cluster_compact::Bindings {
@@ -89,19 +95,6 @@ pub fn add(graph: &mut Graph, inputs: &Inputs) -> Entries {
         entry_origins: ComputeStorageWrite(origins),
     };
     let spec = cluster_compact::Spec { KEEP_ORIGIN: clusters.merged };
-    graph.add("cluster_compact", dispatch(&cluster_compact::PROGRAM, spec.values(), set.list(), groups(blocks)));
-    Entries { block_keys, block_offsets, keys, origins, total }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn groups_lie_in_rows() {
-        assert_eq!(groups(0), [1, 1, 1]);
-        assert_eq!(groups(65), [2, 1, 1]);
-        assert_eq!(groups(65_535 * 64), [65_535, 1, 1]);
-        assert_eq!(groups(65_535 * 64 + 1), [65_535, 2, 1]);
-    }
+    graph.add("cluster_compact", dispatch(&cluster_compact::PROGRAM, spec.values(), set.list(), rows(blocks)));
+    Entries { block_keys, block_offsets, keys, origins, counted }
 }

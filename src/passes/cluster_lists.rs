@@ -1,9 +1,9 @@
-//! The script of clusters: lists of tiles as candidates, keys of samples, boxes, assignment. Adds no node of its own.
+//! The script of clusters: lists of tiles or the light hierarchy as candidates, keys of samples, boxes, assignment. Adds no node of its own.
 
-use super::cluster_assign::{self, Keyed};
+use super::cluster_assign::{self, Candidates, Keyed};
 use super::tile_cull::Lists;
 use super::{ClusterHandles, Frame, SceneHandles, TileHandles, cluster_index, cluster_keys, cluster_unique};
-use super::{depth_prepass, read_back, tile_lists};
+use super::{depth_prepass, light_tree, read_back, tile_lists};
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::plan::{Clusters, Plan, Tiles};
 
@@ -39,8 +39,10 @@ pub struct ClusterLists {
     pub lists: Lists,
     /// u32 a sample; `None` where every slice of every tile is a cluster, which shading computes.
     pub index: Option<ImageHandle>,
-    /// Lists of tiles that candidates came from.
-    pub tile_lists: Lists,
+    /// Lists of tiles, where candidates came from them.
+    pub tile_lists: Option<Lists>,
+    /// What is known of the tiles' depths.
+    pub tile_bounds: Option<ImageHandle>,
     /// What clusters were made of samples.
     pub keyed: Option<Keyed>,
 }
@@ -48,19 +50,26 @@ pub struct ClusterLists {
 /// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so.
 pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>) -> ClusterLists {
     let Parts { tiles, tile_handles, clusters, handles } = *parts;
-    let candidates = tile_lists(graph, tiles, tile_handles, depth).lists;
+    let (candidates, tile_bounds) = match &clusters.tree {
+        Some(source) => (Candidates::Tree(source, light_tree::add(graph, tiles, &source.tree, tile_handles)), None),
+        None => {
+            let made = tile_lists(graph, tiles, tile_handles, depth);
+            (Candidates::Tiles(made.lists), made.bounds)
+        }
+    };
     let made = depth.filter(|_| clusters.keyed).map(|depth| {
         let (tile_grid, cluster_grid) = (tile_handles.grid, handles.grid);
         let inputs = cluster_keys::Inputs { clusters, tile_grid, cluster_grid, depth };
         let entries = cluster_keys::add(graph, &inputs);
-        let merged = clusters.merged.then(|| cluster_unique::add(graph, clusters, cluster_grid, &entries));
+        let merged = clusters.merged.then(|| cluster_unique::add(graph, clusters, &entries));
         let indexed = cluster_index::add(graph, &inputs, &entries, merged.as_ref());
-        let (keys, total) = merged.map_or((entries.keys, entries.total), |m| (m.keys, m.total));
-        (Keyed { keys, bounds: indexed.bounds, total }, indexed.index)
+        let (keys, counted) = merged.map_or((entries.keys, entries.counted), |m| (m.keys, m.counted));
+        (Keyed { keys, bounds: indexed.bounds, counted }, indexed.index)
     });
     let (keyed, index) = made.unzip();
-    let inputs = cluster_assign::Inputs { tiles, tile_handles, clusters, handles, tile_lists: candidates, keyed };
-    ClusterLists { lists: cluster_assign::add(graph, &inputs), index, tile_lists: candidates, keyed }
+    let inputs = cluster_assign::Inputs { tiles, tile_handles, clusters, handles, candidates, keyed };
+    let lists = cluster_assign::add(graph, &inputs);
+    ClusterLists { lists, index, tile_lists: candidates.lists(), tile_bounds, keyed }
 }
 
 /// The frame that makes clusters with their lists and leaves them, with the depths they were made from: for counting and judging. `None`
@@ -73,16 +82,16 @@ pub fn cluster_frame(plan: &Plan) -> Option<Frame> {
     let made = add(&mut graph, &parts, Some(depth));
     graph.end_frame();
     let mut images = vec![("depth", depth)];
+    images.extend(made.tile_bounds.map(|bounds| ("tile_bounds", bounds)));
     images.extend(made.index.map(|index| ("cluster_index", index)));
-    let mut buffers: Vec<(&'static str, BufferHandle)> = vec![
-        ("tile_offsets", made.tile_lists.offsets),
-        ("tile_lights", made.tile_lists.lights),
-        ("list_offsets", made.lists.offsets),
-        ("list_lights", made.lists.lights),
-    ];
+    let mut buffers: Vec<(&'static str, BufferHandle)> =
+        vec![("list_offsets", made.lists.offsets), ("list_lights", made.lists.lights)];
+    if let Some(lists) = made.tile_lists {
+        buffers.extend([("tile_offsets", lists.offsets), ("tile_lights", lists.lights)]);
+    }
     if let Some(keyed) = made.keyed {
         let of_clusters =
-            [("cluster_total", keyed.total), ("cluster_keys", keyed.keys), ("cluster_bounds", keyed.bounds)];
+            [("cluster_total", keyed.counted.total), ("cluster_keys", keyed.keys), ("cluster_bounds", keyed.bounds)];
         buffers.extend(of_clusters);
     }
     let results = read_back::add_all(&mut graph, &images, &buffers);
@@ -94,8 +103,9 @@ mod tests {
     use super::*;
     use crate::graph::{Work, checker, hazard, log};
     use crate::passes;
-    use crate::plan::{ClusterBounds, Limits, Request, Technique};
-    use crate::scene::builtin;
+    use crate::plan::{AssignChoice, ClusterBounds, Limits, Request, Technique};
+    use crate::scene::lighting::{LightRules, RangeRule};
+    use crate::scene::{builtin, scatter};
 
     fn planned(tile: u32, prepass: bool, bounds: ClusterBounds) -> Plan {
         let request = Request {
@@ -108,6 +118,23 @@ mod tests {
             ..Request::default()
         };
         let scene = builtin::load("cornell").expect("a built-in scene");
+        Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan")
+    }
+
+    /// The same where candidates come from the light hierarchy, by lights of 1 m.
+    fn planned_by_tree(tile: u32, prepass: bool, lights: usize) -> Plan {
+        let request = Request {
+            width: 150,
+            height: 85,
+            technique: Technique::ClusteredDeferred,
+            tile,
+            prepass,
+            assign: AssignChoice::Tree,
+            rules: LightRules { range: RangeRule::Fixed(1.0), ..LightRules::default() },
+            ..Request::default()
+        };
+        let mut scene = builtin::load("cornell").expect("a built-in scene");
+        scene.lights = scatter::point_lights(&scene.bounds(), lights, 1);
         Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan")
     }
 
@@ -134,6 +161,28 @@ mod tests {
     }
 
     #[test]
+    fn lists_by_tree_are_ordered_and_ask_no_tile() {
+        // One root and lists of one run; two roots and lists that are merged.
+        for (lights, tile) in [(20, 16), (40_000, 64)] {
+            for prepass in [true, false] {
+                let plan = planned_by_tree(tile, prepass, lights);
+                for frame in [passes::frame(&plan), cluster_frame(&plan).expect("clusters")] {
+                    let graph = &frame.graph;
+                    assert!(graph.problems().is_empty(), "{:?}", graph.problems());
+                    let barriers = hazard::derive(graph);
+                    let found = checker::check(graph, &log::declared(graph, &barriers, 3));
+                    assert!(found.is_empty(), "{lights} {prepass}: {found:#?}");
+                    let names = names(graph);
+                    assert!(!names.iter().any(|name| name.starts_with("tile_") || *name == "depth_reduce"));
+                    assert_eq!(names.contains(&"cluster_walk_offsets"), lights > 32_768, "{names:?}");
+                    assert_eq!(names.contains(&"cluster_list_merge_0_out"), lights > 32_768);
+                    assert!(names.contains(&"cluster_walk_fill") && names.contains(&"light_leaves"));
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_tile_of_one_block_needs_no_sort() {
         let one = cluster_frame(&planned(16, true, ClusterBounds::Explicit)).expect("clusters").graph;
         assert!(!names(&one).iter().any(|name| name.contains("radix") || *name == "cluster_bounds"));
@@ -145,11 +194,12 @@ mod tests {
 
     #[test]
     fn no_shader_binds_more_than_four_storage_buffers() {
-        let plan = planned(64, true, ClusterBounds::Explicit);
-        for node in passes::frame(&plan).graph.nodes {
-            let Work::Dispatch { pipeline, .. } = node.work else { continue };
-            let count = pipeline.program.slots.iter().filter(|slot| slot.kind.is_storage_buffer()).count();
-            assert!(count <= 4, "{}", node.name);
+        for plan in [planned(64, true, ClusterBounds::Explicit), planned_by_tree(64, true, 40_000)] {
+            for node in passes::frame(&plan).graph.nodes {
+                let Work::Dispatch { pipeline, .. } = node.work else { continue };
+                let count = pipeline.program.slots.iter().filter(|slot| slot.kind.is_storage_buffer()).count();
+                assert!(count <= 4, "{}", node.name);
+            }
         }
     }
 }

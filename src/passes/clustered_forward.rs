@@ -5,6 +5,7 @@
 
 use super::cluster_lists::{ClusterLists, Parts};
 use super::forward::{Io, depth_state, light_constants};
+use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, nearest_sampler};
 use crate::graph::access::{
@@ -12,7 +13,7 @@ use crate::graph::access::{
     VertexStorageRead,
 };
 use crate::graph::{
-    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Clusters, Plan};
@@ -39,24 +40,22 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
     let extent = [plan.view.width, plan.view.height];
     let prepass = inputs.prepass;
     let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
     let (distinct, of_draw) = variants(plan, |v| v);
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
+    let radiance = light_parts::add(graph, plan, scene, "clustered_forward", |part| Render {
+        colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
         depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
         extent,
-        bindings: bindings(scene, inputs),
+        bindings: bindings(scene, inputs, part),
         material_bindings: scene.material_bindings.clone(),
-        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs, v)).collect(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs, v, part)).collect(),
         draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
         vertices: Some(scene.vertices),
         indices: Some(scene.indices),
-    };
-    graph.add("clustered_forward", Work::Render(render));
+    });
     Io { radiance, depth }
 }
 
-fn bindings(scene: &SceneHandles, inputs: &Inputs) -> Vec<Binding> {
+fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
     let (parts, lists) = (&inputs.parts, inputs.made.lists);
     // A texel that nothing reads stands in where clusters have no index.
     let index = inputs.made.index.unwrap_or(parts.tile_handles.no_bounds);
@@ -74,11 +73,12 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs) -> Vec<Binding> {
         list_lights_texel: FragmentTexel(lists.lights),
         clusters: FragmentUniform(parts.handles.grid),
         cluster_index: FragmentSampled(index, nearest_sampler()),
+        radiance_before: part.before,
     };
     set.list()
 }
 
-fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant) -> GraphicsPipeline {
+fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
     let constants = light_constants(plan);
     let Parts { tiles, clusters, .. } = inputs.parts;
     let spec = clustered_forward::Spec {
@@ -101,6 +101,9 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant) -> GraphicsPipeline 
         // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).
         LIST_SEEK: false,
         INDEXED: inputs.made.index.is_some(),
+        FIRST_PART: part.first,
+        LAST_PART: part.last,
+        PART_LIGHTS: part.lights,
     };
     GraphicsPipeline {
         program: &clustered_forward::PROGRAM,

@@ -1,12 +1,13 @@
 //! Deferred base: ambient light, emission and directional lights of every pixel of the G-buffer, and 0 where it holds no surface; what light
 //! volumes add to.
 //!
-//! Reads: frame, lights, G-buffer. Writes: radiance (RGBA32F; alpha 1 where a lit surface is). One triangle over the picture.
+//! Reads: frame, lights, G-buffer. Writes: radiance (RGBA32F, or RGBA16F with `--accumulation f16`; alpha 1 where a lit surface is). One
+//! triangle over the picture.
 //! Limits: as `forward`, for directional lights. CPU twin: `reference/shade.rs`.
 
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
-use super::{RADIANCE_FORMAT, SceneHandles, nearest_sampler};
+use super::{SceneHandles, nearest_sampler, radiance_format};
 use crate::graph::access::{FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform};
 use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::{Gbuffer, Plan};
@@ -15,7 +16,7 @@ use crate::shaders::shade::deferred_base;
 /// Adds the pass; the radiance.
 pub fn add(graph: &mut Graph, plan: &Plan, planned: &Gbuffer, scene: &SceneHandles, layers: &Layers) -> ImageHandle {
     let extent = [plan.view.width, plan.view.height];
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let radiance = graph.image("radiance", radiance_format(plan), extent, Lifetime::Transient);
     let sampled = |image| FragmentSampled(image, nearest_sampler());
     let set = deferred_base::Bindings {
         frame: FragmentUniform(scene.frame),
@@ -65,7 +66,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
     GraphicsPipeline {
         program: &deferred_base::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
+        colors: vec![radiance_format(plan)],
         blend: Blend::Replace,
         depth: None,
         depth_clamp: false,

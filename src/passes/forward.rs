@@ -1,4 +1,5 @@
-//! Forward shading: every fragment loops over all lights. The definition of the picture.
+//! Forward shading: every fragment loops over all lights, in several passes where a driver's loops go round less often. The definition of
+//! the picture.
 //!
 //! Reads: frame, instances, materials, lights (by the planned fetch), material textures, vertices, indices; depth of the
 //! pre-pass, where there is one (tested for equality, not written).
@@ -6,6 +7,7 @@
 //! Limits: lights as the plan's fetch allows; past them the plan takes another fetch or refuses. CPU twin: `reference/shade.rs`.
 
 use super::depth_prepass::COMPARE;
+use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
 use crate::graph::access::{
@@ -13,7 +15,7 @@ use crate::graph::access::{
 };
 use crate::graph::{
     Binding, Blend, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime,
-    Render, Work,
+    Render,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Fetch, Plan};
@@ -34,25 +36,22 @@ pub struct Io {
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<ImageHandle>) -> Io {
     let extent = [plan.view.width, plan.view.height];
     let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
     let (distinct, of_draw) = variants(plan, |v| v);
-    let draws = plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect();
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
+    let radiance = light_parts::add(graph, plan, scene, "forward", |part| Render {
+        colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
         depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
         extent,
-        bindings: bindings(scene),
+        bindings: bindings(scene, part),
         material_bindings: scene.material_bindings.clone(),
-        pipelines: distinct.iter().map(|&v| pipeline(plan, v, prepass.is_some())).collect(),
-        draws,
+        pipelines: distinct.iter().map(|&v| pipeline(plan, v, part, prepass.is_some())).collect(),
+        draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
         vertices: Some(scene.vertices),
         indices: Some(scene.indices),
-    };
-    graph.add("forward", Work::Render(render));
+    });
     Io { radiance, depth }
 }
 
-fn bindings(scene: &SceneHandles) -> Vec<Binding> {
+fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
     let set = forward::Bindings {
         frame: GraphicsUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
@@ -60,6 +59,7 @@ fn bindings(scene: &SceneHandles) -> Vec<Binding> {
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
+        radiance_before: part.before,
     };
     set.list()
 }
@@ -113,7 +113,7 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
     }
 }
 
-fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipeline {
+fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass: bool) -> GraphicsPipeline {
     let constants = light_constants(plan);
     let spec = forward::Spec {
         LIGHT_FETCH: constants.fetch,
@@ -130,6 +130,9 @@ fn pipeline(plan: &Plan, variant: Variant, after_prepass: bool) -> GraphicsPipel
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        FIRST_PART: part.first,
+        LAST_PART: part.last,
+        PART_LIGHTS: part.lights,
     };
     GraphicsPipeline {
         program: &forward::PROGRAM,

@@ -21,7 +21,7 @@ use ash::vk;
 
 use super::forward::depth_state;
 use super::resources::{SceneHandles, chosen};
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT};
+use super::{DEPTH_FORMAT, Frame, RADIANCE_FORMAT, depth_prepass, read_back};
 use crate::graph::access::{GraphicsStorageRead, GraphicsUniform, VertexStorageRead, VertexUniform};
 use crate::graph::{
     Access, Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
@@ -90,6 +90,24 @@ impl Layers {
             }
         }
         layers
+    }
+
+    /// The images that the layout has, in attachment order.
+    fn images(&self, planned: &Gbuffer) -> Vec<ImageHandle> {
+        match planned.layout {
+            GbufferLayout::Compact => {
+                let mut images = vec![self.base_color, self.normals, self.material];
+                images.extend(planned.emission.then_some(self.emission));
+                images
+            }
+            GbufferLayout::Fat => vec![
+                self.position_roughness,
+                self.normal_occlusion,
+                self.base_metallic,
+                self.specular_flag,
+                self.ambient_emission,
+            ],
+        }
     }
 
     /// Bindings of a fragment shader that reads depth, with the one layout that serves sampling and a depth test alike.
@@ -177,6 +195,20 @@ pub fn add(
     Layers::new(depth, planned, &images, scene)
 }
 
+/// The frame that makes the G-buffer and leaves its images as they are stored, by the names above. `None` where the technique has none.
+pub fn gbuffer_frame(plan: &Plan) -> Option<Frame> {
+    let planned = &plan.deferred.as_ref()?.gbuffer;
+    let mut graph = Graph::new();
+    let scene = SceneHandles::declare(&mut graph, plan);
+    let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
+    let layers = add(&mut graph, plan, planned, &scene, depth);
+    graph.end_frame();
+    let names = attachments(planned).into_iter().map(|attachment| attachment.0);
+    let images: Vec<_> = names.zip(layers.images(planned)).collect();
+    let results = read_back::add_pictures(&mut graph, &images);
+    Some(Frame { graph, scene, results })
+}
+
 fn bindings(planned: &Gbuffer, scene: &SceneHandles) -> Vec<Binding> {
     if planned.layout == GbufferLayout::Fat {
         let set = gbuffer_fat::Bindings {
@@ -218,5 +250,42 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, variant: Variant, after_prepass: boo
         blend: Blend::Replace,
         depth: Some(depth_state(after_prepass)),
         depth_clamp: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{checker, hazard, log};
+    use crate::plan::{Limits, Request, Technique};
+    use crate::scene::builtin;
+
+    fn planned(request: Request) -> Plan {
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        let limits = Limits { max_color_attachments: 5, ..Limits::MINIMUM };
+        Plan::new(&scene, &Request { width: 16, height: 9, ..request }, &limits).expect("a plan")
+    }
+
+    fn names(frame: &Frame) -> Vec<&str> {
+        frame.results.iter().map(|result| result.0).collect()
+    }
+
+    #[test]
+    fn what_is_stored_comes_back_in_as_many_bytes() {
+        let compact = Request { technique: Technique::TiledDeferred, ..Request::default() };
+        let fat = Request { gbuffer: GbufferLayout::Fat, prepass: false, ..compact.clone() };
+        let coarse = Request { normal_bits: 8, technique: Technique::Deferred, ..compact.clone() };
+        for request in [compact, fat, coarse] {
+            let plan = planned(request);
+            let frame = gbuffer_frame(&plan).expect("a G-buffer");
+            let barriers = hazard::derive(&frame.graph);
+            let found = checker::check(&frame.graph, &log::declared(&frame.graph, &barriers, 3));
+            assert!(found.is_empty(), "{found:#?}");
+            let bytes: u64 = frame.results.iter().map(|result| frame.graph.buffer_info(result.1).bytes).sum();
+            let gbuffer = plan.deferred.as_ref().expect("a G-buffer").gbuffer;
+            assert_eq!(bytes, gbuffer.texel_bytes() * plan.pixels(), "{:?}", names(&frame));
+        }
+        let forward = Request { technique: Technique::Forward, ..Request::default() };
+        assert!(gbuffer_frame(&planned(forward)).is_none());
     }
 }

@@ -5,7 +5,7 @@
 
 use super::{Frame, SceneHandles};
 use crate::graph::access::{ComputeStorageRead, ComputeStorageWrite};
-use crate::graph::{ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::plan::Plan;
 use crate::shaders::prim::{layout_probe, write_index};
 use crate::shared;
@@ -39,5 +39,5 @@ fn dispatch(
     groups: u32,
 ) -> Work {
     let pipeline = ComputePipeline { program, constants: Vec::new() };
-    Work::Dispatch { pipeline, bindings, push: Vec::new(), groups: [groups, 1, 1] }
+    Work::Dispatch { pipeline, bindings, push: Vec::new(), groups: Groups::Fixed([groups, 1, 1]) }
 }

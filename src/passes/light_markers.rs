@@ -5,7 +5,7 @@
 
 use super::depth_prepass::COMPARE;
 use super::forward::Io;
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
+use super::{DEPTH_FORMAT, SceneHandles, radiance_format};
 use crate::graph::access::{VertexStorageRead, VertexUniform};
 use crate::graph::{
     Blend, ColorAttachment, Cull, DepthAttachment, DepthState, Draw, Graph, GraphicsPipeline, Render, Work,
@@ -25,7 +25,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, target: &Io) {
     let pipeline = GraphicsPipeline {
         program: &light_markers::PROGRAM,
         constants: Vec::new(),
-        colors: vec![RADIANCE_FORMAT],
+        colors: vec![radiance_format(plan)],
         blend: Blend::Replace,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),
         depth_clamp: false,

@@ -12,7 +12,7 @@ use super::tile_bin::cull_fetch;
 use super::{TileHandles, radix_sort};
 use crate::graph::access::{ComputeStorageRead, ComputeStorageReadWrite, ComputeStorageWrite, ComputeTexel};
 use crate::graph::program::Program;
-use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::plan::Tiles;
 use crate::plan::light_tree::LightTree;
 use crate::shaders::bvh::{light_keys, light_leaves, light_nodes, light_query};
@@ -83,7 +83,7 @@ fn dispatch(
     push: &impl Pod,
     [threads, groups]: [u32; 2],
 ) -> Work {
-    let groups = [threads.div_ceil(program.local_size[0]).max(1), groups, 1];
+    let groups = Groups::Fixed([threads.div_ceil(program.local_size[0]).max(1), groups, 1]);
     Work::Dispatch { pipeline: ComputePipeline { program, constants }, bindings, push: bytes_of(push).to_vec(), groups }
 }
 

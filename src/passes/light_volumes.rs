@@ -5,13 +5,14 @@
 //! Back faces of meshes, and rectangles where `plan/light_volumes.rs` (with the proof) prefers them. Primitives blend in the order of
 //! instances, so lights are added in the order of ids and each sum is rounded to f32: bit for bit what the loops of the other techniques
 //! do, but for their last step: they clamp sums past f32 once (`MAX_RADIANCE`), which blending cannot, so here such a sum is infinite.
+//! With `--accumulation f16` each sum is rounded to 11 bits instead, and to infinity past 65504.
 //! Limits: a device that cannot blend into RGBA32F gets `deferred_fullscreen` from the plan. CPU twin: `reference/shade.rs`.
 
 use ash::vk;
 
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, nearest_sampler};
+use super::{DEPTH_FORMAT, SceneHandles, nearest_sampler, radiance_format};
 use crate::graph::access::{
     FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsUniform, VertexStorageRead,
     VertexUniform,
@@ -112,7 +113,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, rectangles: bool) -> GraphicsPipelin
     GraphicsPipeline {
         program: &light_volumes::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
+        colors: vec![radiance_format(plan)],
         blend: Blend::Add,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare, write: false }),
         depth_clamp: false,

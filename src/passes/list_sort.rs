@@ -2,24 +2,44 @@
 //! "The Art of Computer Programming", volume 3, sections 5.2.3 and 5.2.4). A round merges pairs of runs into a scratch space and pairs
 //! of those back; lists that are one run already stay where they are.
 //!
-//! Reads: offsets. Reads and writes: the lists. Group shape: 64 threads, a thread a list and run (or pair of runs). Limits: the plan
-//! knows the longest list, and refuses what loops do not reach; what is longer than it said stays unsorted. CPU twin:
-//! `reference/list_sort.rs`.
+//! Reads: offsets, and the number of lists where only the device knows it. Reads and writes: the lists. Group shape: 64 threads, a thread
+//! a list and run (or pair of runs). Limits: the plan knows the longest list, and refuses what loops do not reach; what is longer than it
+//! said stays unsorted. CPU twin: `reference/list_sort.rs`.
 
 use bytemuck::bytes_of;
 
+use super::group_count::{self, Counted, rows};
+use super::tile_cull::Lists;
 use crate::graph::access::{ComputeStorageRead, ComputeStorageReadWrite, ComputeStorageWrite};
 use crate::graph::program::Program;
-use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::plan::list_sort::ListSort;
 use crate::shaders::bvh::{list_merge, list_sort};
 use crate::shared::{LIST_SORT_RUN, ListSortPush};
 
 /// Adds the sort of `lists`, which lie where `offsets` says.
 pub fn add(graph: &mut Graph, name: &str, sort: &ListSort, offsets: BufferHandle, lists: BufferHandle) {
-    let set = list_sort::Bindings { list_offsets: ComputeStorageRead(offsets), lists: ComputeStorageReadWrite(lists) };
+    add_rounds(graph, name, sort, Lists { lights: lists, offsets }, None);
+}
+
+/// As [`add`] for as many lists as `counted` says.
+pub fn add_counted(graph: &mut Graph, name: &str, sort: &ListSort, lists: Lists, counted: &Counted) {
+    add_rounds(graph, name, sort, lists, Some(counted));
+}
+
+fn add_rounds(graph: &mut Graph, name: &str, sort: &ListSort, lists: Lists, counted: Option<&Counted>) {
+    let Lists { lights: lists, offsets } = lists;
+    // Not read where the number of lists is known; something has to be bound.
+    let total = counted.map_or(offsets, |c| c.total);
     let runs = sort.longest.div_ceil(LIST_SORT_RUN);
-    let work = dispatch(&list_sort::PROGRAM, sort, set.list(), (LIST_SORT_RUN, 0), runs);
+    let groups = groups_of(graph, &format!("{name}_list_sort"), sort, counted, runs);
+    let set = list_sort::Bindings {
+        list_offsets: ComputeStorageRead(offsets),
+        lists: ComputeStorageReadWrite(lists),
+        total: ComputeStorageRead(total),
+    };
+    let constants = list_sort::Spec { COUNTED: counted.is_some() }.values();
+    let work = dispatch((&list_sort::PROGRAM, constants), sort, set.list(), (LIST_SORT_RUN, 0), groups);
     graph.add(&format!("{name}_list_sort"), work);
     if sort.rounds() == 0 {
         return;
@@ -33,26 +53,41 @@ pub fn add(graph: &mut Graph, name: &str, sort: &ListSort, offsets: BufferHandle
                 list_offsets: ComputeStorageRead(offsets),
                 runs: ComputeStorageRead(from),
                 merged: ComputeStorageWrite(to),
+                total: ComputeStorageRead(total),
             };
-            let pairs = sort.longest.div_ceil(width.saturating_mul(2));
-            let work = dispatch(&list_merge::PROGRAM, sort, set.list(), (width, sorted), pairs);
             let way = if back { "back" } else { "out" };
-            graph.add(&format!("{name}_list_merge_{round}_{way}"), work);
+            let name = format!("{name}_list_merge_{round}_{way}");
+            let pairs = sort.longest.div_ceil(width.saturating_mul(2));
+            let groups = groups_of(graph, &name, sort, counted, pairs);
+            let constants = list_merge::Spec { COUNTED: counted.is_some() }.values();
+            let work = dispatch((&list_merge::PROGRAM, constants), sort, set.list(), (width, sorted), groups);
+            graph.add(&name, work);
         }
     }
 }
 
-/// Work of a thread a list, `of_list` times.
+/// Groups of a thread a list, `of_list` times.
+fn groups_of(graph: &mut Graph, name: &str, sort: &ListSort, counted: Option<&Counted>, of_list: u32) -> Groups {
+    let of_list = of_list.max(1);
+    match counted {
+        Some(counted) if counted.layers == of_list => counted.groups,
+        Some(counted) => group_count::add(graph, name, counted.total, sort.list_count, of_list).groups,
+        None => {
+            let [x, y, _] = rows(sort.list_count);
+            Groups::Fixed([x, y, of_list])
+        }
+    }
+}
+
 fn dispatch(
-    program: &'static Program,
+    (program, constants): (&'static Program, Vec<(u32, u32)>),
     sort: &ListSort,
     bindings: Vec<Binding>,
     (width, sorted): (u32, u32),
-    of_list: u32,
+    groups: Groups,
 ) -> Work {
     let push = ListSortPush { list_count: sort.list_count, stride: sort.stride, width, sorted };
-    let groups = [sort.list_count.div_ceil(program.local_size[0]).max(1), of_list.max(1), 1];
-    let pipeline = ComputePipeline { program, constants: Vec::new() };
+    let pipeline = ComputePipeline { program, constants };
     Work::Dispatch { pipeline, bindings, push: bytes_of(&push).to_vec(), groups }
 }
 

@@ -6,6 +6,8 @@ pub mod cluster_index;
 pub mod cluster_keys;
 pub mod cluster_lists;
 pub mod cluster_unique;
+pub mod cluster_walk;
+pub mod clustered_deferred;
 pub mod clustered_forward;
 pub mod deferred_base;
 pub mod deferred_fullscreen;
@@ -13,8 +15,11 @@ pub mod depth_prepass;
 pub mod depth_reduce;
 pub mod forward;
 pub mod gbuffer;
+pub mod given_bounds;
+pub mod group_count;
 pub mod layout_probe;
 pub mod light_markers;
+pub mod light_parts;
 pub mod light_tree;
 pub mod light_volumes;
 pub mod list_sort;
@@ -32,16 +37,26 @@ pub mod unlit;
 use ash::vk;
 
 use crate::graph::program::Program;
-use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, ImageHandle, SamplerState, Work};
-use crate::plan::{Deferred, DepthBounds, LightPass, Plan, Tiles};
+use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, ImageHandle, SamplerState, Work};
+use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, Tiles};
 
 pub use cluster_lists::cluster_frame;
-pub use resources::{ClusterHandles, SceneHandles, TileHandles};
+pub use gbuffer::gbuffer_frame;
+pub use given_bounds::given_bounds_frame;
+pub use resources::{ClusterHandles, GivenBounds, SceneHandles, TileHandles};
 
 /// Depth format: 32-bit float, reversed.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 /// Scene-linear radiance, stored once.
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+/// Format of a lit picture: [`RADIANCE_FORMAT`], but where volumes add in fewer bits.
+pub fn radiance_format(plan: &Plan) -> vk::Format {
+    match plan.deferred.as_ref().map(|deferred| deferred.accumulation) {
+        Some(Accumulation::F16) => vk::Format::R16G16B16A16_SFLOAT,
+        _ => RADIANCE_FORMAT,
+    }
+}
 
 /// A whole frame and where its results are.
 pub struct Frame {
@@ -64,7 +79,7 @@ pub fn frame(plan: &Plan) -> Frame {
         vec![("radiance", lit(&mut graph, plan, &scene, depth))]
     };
     graph.end_frame();
-    let results = read_back::add(&mut graph, &layers);
+    let results = read_back::add_pictures(&mut graph, &layers);
     Frame { graph, scene, results }
 }
 
@@ -130,14 +145,19 @@ fn deferred(
 ) -> forward::Io {
     let planned = &deferred.gbuffer;
     let layers = &gbuffer::add(graph, plan, planned, scene, prepass);
-    let radiance = match (&deferred.light_pass, &plan.tiles, &scene.tiles) {
+    let clusters = cluster_lists::Parts::of(plan, scene);
+    let radiance = match (&deferred.light_pass, clusters, &plan.tiles, &scene.tiles) {
         (LightPass::Volumes(volumes), ..) => {
             let radiance = deferred_base::add(graph, plan, planned, scene, layers);
             let inputs = light_volumes::Inputs { volumes, planned, layers, radiance };
             light_volumes::add(graph, plan, scene, &inputs);
             radiance
         }
-        (LightPass::Tiles, Some(tiles), Some(handles)) => {
+        (LightPass::Clusters, Some(parts), ..) => {
+            let made = cluster_lists::add(graph, &parts, prepass);
+            clustered_deferred::add(graph, plan, scene, &clustered_deferred::Inputs { parts, made, planned, layers })
+        }
+        (LightPass::Tiles, _, Some(tiles), Some(handles)) => {
             let lists = tile_lists(graph, tiles, handles, prepass).lists;
             let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers };
             tiled_deferred::add(graph, plan, scene, &inputs)
@@ -154,6 +174,16 @@ fn deferred(
 
 /// A compute node's work without push constants.
 fn dispatch(program: &'static Program, constants: Vec<(u32, u32)>, bindings: Vec<Binding>, groups: [u32; 3]) -> Work {
+    dispatch_groups(program, constants, bindings, Groups::Fixed(groups))
+}
+
+/// The same over any groups.
+fn dispatch_groups(
+    program: &'static Program,
+    constants: Vec<(u32, u32)>,
+    bindings: Vec<Binding>,
+    groups: Groups,
+) -> Work {
     Work::Dispatch { pipeline: ComputePipeline { program, constants }, bindings, push: Vec::new(), groups }
 }
 

@@ -14,7 +14,7 @@ use bytemuck::bytes_of;
 use super::scan::Scan;
 use crate::graph::access::{ComputeStorageRead, ComputeStorageWrite};
 use crate::graph::program::Program;
-use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::shaders::prim::{radix_count, radix_scatter};
 use crate::shared::{MOVED_KEYS, MOVED_PAIRS, MOVED_VALUES, RADIX_BITS, RADIX_BLOCK, RADIX_DIGITS, RadixPush};
 
@@ -130,7 +130,7 @@ impl Step {
     }
 
     fn dispatch(&self, program: &'static Program, constants: Vec<(u32, u32)>, bindings: Vec<Binding>) -> Work {
-        let groups = [self.push.block_count.div_ceil(program.local_size[0]), 1, 1];
+        let groups = Groups::Fixed([self.push.block_count.div_ceil(program.local_size[0]), 1, 1]);
         let push = bytes_of(&self.push).to_vec();
         Work::Dispatch { pipeline: ComputePipeline { program, constants }, bindings, push, groups }
     }

@@ -38,6 +38,14 @@ pub struct ClusterHandles {
     pub slices: BufferHandle,
 }
 
+/// Tile bounds that are uploaded instead of reduced from depths.
+pub struct GivenBounds {
+    /// A texel a tile.
+    pub image: ImageHandle,
+    /// As depth reduction stores them, row-major.
+    pub texels: Vec<[u32; 4]>,
+}
+
 /// Handles of everything that is filled before the first frame.
 pub struct SceneHandles {
     /// One `Frame`.
@@ -60,6 +68,8 @@ pub struct SceneHandles {
     pub tiles: Option<TileHandles>,
     /// Where the plan has clusters.
     pub clusters: Option<ClusterHandles>,
+    /// Where lists are made from bounds that are given.
+    pub given_bounds: Option<GivenBounds>,
     /// Corners of the mesh that light volumes and markers are made of.
     pub corners: Option<BufferHandle>,
     /// Array of `LightVolume`, where the plan has volumes.
@@ -140,6 +150,7 @@ impl SceneHandles {
                 grid: graph.buffer("cluster_grid", size_of::<ClusterGrid>() as u64, fixed),
                 slices: graph.buffer("cluster_slices", clusters.slices.len() as u64 * 16, fixed),
             }),
+            given_bounds: None,
             corners: (volumes.is_some() || markers > 0)
                 .then(|| graph.buffer("corners", u64::from(ICOSPHERE_CORNERS) * 16, fixed)),
             light_volumes: volumes

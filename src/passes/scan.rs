@@ -2,14 +2,16 @@
 //! CMU-CS-90-190, 1990, with 64 children a node). Upwards `scan_sum` adds up each run of `SCAN_RUN` items until one run holds
 //! a level; downwards `scan_spread` walks through every run again and writes what precedes each item. No thread waits for another.
 //!
-//! Reads: the items. Writes: their offsets, one more than there are items; the last is the total. Group shape: 32 threads, a
-//! run each. Limits: totals below 2^32, which the caller sees to (past that they wrap); 65,535 groups are 134 million items,
-//! and more are refused when the frame is prepared. CPU twin: `reference/scan.rs`.
+//! Reads: the items, and their number where only the device knows it. Writes: their offsets, one more than there are items; the
+//! last is the total. Group shape: 32 threads, a run each. Limits: totals below 2^32, which the caller sees to (past that they
+//! wrap); 65,535 groups are 134 million items, and more are refused when the frame is prepared, or by the plan where the device
+//! counts them. CPU twin: `reference/scan.rs`.
 
 use bytemuck::bytes_of;
 
+use super::group_count::Counted;
 use crate::graph::access::{ComputeStorageRead, ComputeStorageWrite};
-use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::shaders::prim::{scan_spread, scan_sum};
 use crate::shared::{SCAN_RUN, ScanPush};
 
@@ -55,11 +57,28 @@ impl Scan {
 
     /// Adds the nodes that scan `counts`; gives the buffer of offsets, which the next scan with these buffers overwrites.
     pub fn add(&self, graph: &mut Graph, name: &str, counts: BufferHandle) -> BufferHandle {
+        self.add_levels(graph, name, counts, None)
+    }
+
+    fn add_levels(
+        &self,
+        graph: &mut Graph,
+        name: &str,
+        counts: BufferHandle,
+        counted: Option<&Counted>,
+    ) -> BufferHandle {
         let items = |level: usize| if level == 0 { counts } else { self.sums[level - 1] };
+        // Not read where the number is known; something has to be bound.
+        let total = |level: usize| counted.map_or(items(level), |c| c.total);
         for (level, &sums) in self.sums.iter().enumerate() {
-            let set = scan_sum::Bindings { items: ComputeStorageRead(items(level)), sums: ComputeStorageWrite(sums) };
-            let pipeline = ComputePipeline { program: &scan_sum::PROGRAM, constants: Vec::new() };
-            graph.add(&format!("{name}_scan_sum_{level}"), self.dispatch(level, pipeline, set.list()));
+            let set = scan_sum::Bindings {
+                items: ComputeStorageRead(items(level)),
+                sums: ComputeStorageWrite(sums),
+                total: ComputeStorageRead(total(level)),
+            };
+            let spec = scan_sum::Spec { COUNTED: counted.is_some() };
+            let pipeline = ComputePipeline { program: &scan_sum::PROGRAM, constants: spec.values() };
+            graph.add(&format!("{name}_scan_sum_{level}"), self.dispatch(level, pipeline, set.list(), counted));
         }
         for level in (0..self.lengths.len()).rev() {
             let parents = self.offsets.get(level + 1).copied();
@@ -68,25 +87,54 @@ impl Scan {
                 // The top level reads no parents; something has to be bound.
                 parent_offsets: ComputeStorageRead(parents.unwrap_or(items(level))),
                 offsets: ComputeStorageWrite(self.offsets[level]),
+                total: ComputeStorageRead(total(level)),
             };
-            let spec = scan_spread::Spec { HAS_PARENTS: parents.is_some() };
+            let spec = scan_spread::Spec { HAS_PARENTS: parents.is_some(), COUNTED: counted.is_some() };
             let pipeline = ComputePipeline { program: &scan_spread::PROGRAM, constants: spec.values() };
-            graph.add(&format!("{name}_scan_spread_{level}"), self.dispatch(level, pipeline, set.list()));
+            graph.add(&format!("{name}_scan_spread_{level}"), self.dispatch(level, pipeline, set.list(), counted));
         }
         self.offsets[0]
     }
 
-    fn dispatch(&self, level: usize, pipeline: ComputePipeline, bindings: Vec<Binding>) -> Work {
+    /// Levels above the first are short whatever there is room for.
+    fn dispatch(
+        &self,
+        level: usize,
+        pipeline: ComputePipeline,
+        bindings: Vec<Binding>,
+        counted: Option<&Counted>,
+    ) -> Work {
         let length = self.lengths[level];
-        let groups = length.div_ceil(SCAN_RUN).div_ceil(pipeline.program.local_size[0]).max(1);
-        let push = bytes_of(&ScanPush { item_count: length }).to_vec();
-        Work::Dispatch { pipeline, bindings, push, groups: [groups, 1, 1] }
+        let groups = match counted {
+            Some(counted) if level == 0 => counted.scan_groups,
+            _ => Groups::Fixed([length.div_ceil(group_items()).max(1), 1, 1]),
+        };
+        let each = counted.map_or(1, |c| c.layers);
+        let push = ScanPush { item_count: length, each, span: SCAN_RUN.pow(level as u32) };
+        Work::Dispatch { pipeline, bindings, push: bytes_of(&push).to_vec(), groups }
     }
+}
+
+/// Items of a workgroup.
+pub(super) fn group_items() -> u32 {
+    SCAN_RUN * scan_sum::PROGRAM.local_size[0]
 }
 
 /// Adds a scan of the first `count` words of `counts`; the buffer of `count + 1` offsets.
 pub fn add(graph: &mut Graph, name: &str, counts: BufferHandle, count: u32) -> BufferHandle {
     Scan::declare(graph, name, count).add(graph, name, counts)
+}
+
+/// As [`add`] for as many words as `counted` says, a word a thread; `capacity` words at most. What the offsets hold behind their total is
+/// not defined.
+pub fn add_counted(
+    graph: &mut Graph,
+    name: &str,
+    counts: BufferHandle,
+    capacity: u32,
+    counted: &Counted,
+) -> BufferHandle {
+    Scan::declare(graph, name, capacity).add_levels(graph, name, counts, Some(counted))
 }
 
 #[cfg(test)]

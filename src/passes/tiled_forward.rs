@@ -4,6 +4,7 @@
 //! Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
 
 use super::forward::{Io, depth_state, light_constants};
+use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
 use super::tile_cull::{Lists, list_fetch};
 use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, TileHandles};
@@ -11,7 +12,7 @@ use crate::graph::access::{
     FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
 };
 use crate::graph::{
-    Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
+    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Plan, Tiles};
@@ -34,8 +35,22 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
     let extent = [plan.view.width, plan.view.height];
     let prepass = inputs.prepass;
     let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
     let (distinct, of_draw) = variants(plan, |v| v);
+    let radiance = light_parts::add(graph, plan, scene, "tiled_forward", |part| Render {
+        colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
+        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
+        extent,
+        bindings: bindings(scene, inputs, part),
+        material_bindings: scene.material_bindings.clone(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs, v, part)).collect(),
+        draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
+        vertices: Some(scene.vertices),
+        indices: Some(scene.indices),
+    });
+    Io { radiance, depth }
+}
+
+fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
     let set = tiled_forward::Bindings {
         frame: GraphicsUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
@@ -48,24 +63,13 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         list_offsets_texel: FragmentTexel(inputs.lists.offsets),
         list_lights_storage: FragmentStorageRead(inputs.lists.lights),
         list_lights_texel: FragmentTexel(inputs.lists.lights),
+        radiance_before: part.before,
     };
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
-        depth: Some(DepthAttachment { image: depth, clear: prepass.is_none().then_some(0.0) }),
-        extent,
-        bindings: set.list(),
-        material_bindings: scene.material_bindings.clone(),
-        pipelines: distinct.iter().map(|&v| pipeline(plan, inputs.tiles, v, prepass.is_some())).collect(),
-        draws: plan.geometry.draws.iter().zip(&of_draw).map(|(d, &p)| draw(plan, d, p)).collect(),
-        vertices: Some(scene.vertices),
-        indices: Some(scene.indices),
-    };
-    graph.add("tiled_forward", Work::Render(render));
-    Io { radiance, depth }
+    set.list()
 }
 
-fn pipeline(plan: &Plan, tiles: &Tiles, variant: Variant, after_prepass: bool) -> GraphicsPipeline {
-    let constants = light_constants(plan);
+fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
+    let (constants, tiles) = (light_constants(plan), inputs.tiles);
     let spec = tiled_forward::Spec {
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
@@ -84,13 +88,16 @@ fn pipeline(plan: &Plan, tiles: &Tiles, variant: Variant, after_prepass: bool) -
         TILE: tiles.tile,
         LIST_FETCH: list_fetch(tiles),
         LIST_SEEK: tiles.list_seek && constants.seek,
+        FIRST_PART: part.first,
+        LAST_PART: part.last,
+        PART_LIGHTS: part.lights,
     };
     GraphicsPipeline {
         program: &tiled_forward::PROGRAM,
         constants: spec.values(),
         colors: vec![RADIANCE_FORMAT],
         blend: Blend::Replace,
-        depth: Some(depth_state(after_prepass)),
+        depth: Some(depth_state(inputs.prepass.is_some())),
         depth_clamp: false,
     }
 }

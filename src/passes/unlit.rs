@@ -6,7 +6,7 @@
 
 use super::forward::{Io, depth_state};
 use super::resources::chosen;
-use super::{RADIANCE_FORMAT, SceneHandles};
+use super::{SceneHandles, radiance_format};
 use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
 use crate::graph::{Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, Render, Work};
 use crate::plan::Plan;
@@ -51,7 +51,7 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
     GraphicsPipeline {
         program: &unlit::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
+        colors: vec![radiance_format(plan)],
         blend: Blend::Replace,
         depth: Some(depth_state(plan.prepass)),
         depth_clamp: false,

@@ -8,7 +8,8 @@
 //! clusters as slices and as samples, and a light reaches only the slices within its distances. Where that passes a limit the slices are
 //! taken twice as deep until it does not.
 
-use super::{ClusterBounds, CullTest, DepthBounds, Limits, Request, Technique, Tiles};
+use super::assign::{self, TreeSource};
+use super::{AssignChoice, ClusterBounds, CullTest, DepthBounds, Limits, Request, Technique, Tiles};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::scene::view::View;
@@ -31,9 +32,13 @@ pub struct Clusters {
     pub key_bits: u32,
     /// Pairs of cluster and light, at most.
     pub pairs: u64,
+    /// Entries of the longest list, at most.
+    pub longest_list: u32,
     /// Lists are read by texel.
     pub words_by_texel: bool,
-    /// Why these slices, and whether keys are sorted.
+    /// Candidates come from the light hierarchy; else from lists of tiles.
+    pub tree: Option<TreeSource>,
+    /// Why these slices, whether keys are sorted, and where candidates come from.
     pub why: String,
 }
 
@@ -57,33 +62,63 @@ struct Reach {
 /// The request as tiles get it: clusters know depths better than a mask, so their candidates have one only where it is asked for.
 ///
 /// # Errors
-/// Clusters by normal, where the technique has no normals.
+/// Clusters by normal, where the technique has no normals; a source of candidates where it has no clusters; depth bounds of tiles that make
+/// no lists.
 pub(super) fn asked(technique: Technique, request: Request) -> Result<Request> {
+    let bounded = request.depth_bounds.filter(|bounds| *bounds != DepthBounds::Off);
+    let assign = match (request.assign, bounded) {
+        (AssignChoice::Auto, None) => AssignChoice::Auto,
+        (asked, _) if asked != AssignChoice::Auto && !technique.clusters() => {
+            let (asked, name) = (asked.name(), technique.name());
+            return Err(Error::usage(format!("--assign {asked} is for clusters, which {name} does not make")));
+        }
+        (AssignChoice::Tree, Some(bounds)) => {
+            let bounds = bounds.name();
+            return Err(Error::usage(format!(
+                "--depth-bounds {bounds} is for lists of tiles, and --assign tree makes none"
+            )));
+        }
+        (AssignChoice::Tree, None) => AssignChoice::Tree,
+        // Lists of tiles alone know depth bounds.
+        (AssignChoice::Auto, Some(_)) | (AssignChoice::Tiles, _) => AssignChoice::Tiles,
+    };
+    if request.cluster_normals && technique == Technique::ClusteredDeferred {
+        return Err(Error::usage("--cluster-normals has not landed: keys are made of tile and slice alone"));
+    }
     if request.cluster_normals {
         let name = technique.name();
         return Err(Error::usage(format!(
             "--cluster-normals is for clusters over a G-buffer, which {name} does not make"
         )));
     }
-    let clustered = technique == Technique::ClusteredForward;
-    let least = clustered.then_some(DepthBounds::MinMax);
-    Ok(Request { depth_bounds: request.depth_bounds.or(least), ..request })
+    let least = technique.clusters().then_some(DepthBounds::MinMax);
+    Ok(Request { depth_bounds: request.depth_bounds.or(least), assign, ..request })
 }
 
 impl Clusters {
     /// Decides slices and sizes over `tiles`. No geometry is farther than `extent` metres from the eye.
     ///
     /// # Errors
-    /// Clusters that pass a limit of the device with one slice too.
+    /// Clusters that pass a limit of the device with one slice too; slices an octave of a lens that has none.
     pub fn new(request: &Request, tiles: &Tiles, view: &View, extent: f64, limits: &Limits) -> Result<Self> {
         let reaches = reaches(tiles);
+        if request.slices_per_octave.is_some() && !view.lens.is_perspective() {
+            return Err(Error::usage(
+                "--slices-per-octave is for perspective lenses: an orthographic one has equal slices",
+            ));
+        }
         let mut refused = None;
-        for sliced in slicings(tiles, view, extent) {
+        for sliced in slicings(request, tiles, view, extent) {
             let mut clusters = Self::sized(request, tiles, view, &reaches, sliced);
-            match clusters.check(tiles, limits) {
-                Ok(()) => {
+            let source = clusters.check(tiles, limits).and_then(|()| {
+                clusters.longest_list = longest::longest_list(tiles, &clusters.slices, limits);
+                assign::source(request, tiles, &clusters, limits)
+            });
+            match source {
+                Ok((tree, why)) => {
+                    clusters.tree = tree;
                     clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
-                    clusters.why = clusters.explain(refused.is_some());
+                    clusters.why = format!("{}; {why}", clusters.explain(refused.is_some()));
                     return Ok(clusters);
                 }
                 Err(error) => refused = Some(error),
@@ -120,7 +155,9 @@ impl Clusters {
             key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
             bounds: request.cluster_bounds_or_default(),
             merged: keyed && parts > 1,
+            longest_list: 0,
             words_by_texel: false,
+            tree: None,
             why: String::new(),
             grid,
             slices,
@@ -139,7 +176,8 @@ impl Clusters {
         // Keys with origins, sorted; two buffers of pairs; heads and their offsets; clusters of entries.
         let sorted = if self.merged { entries * 11 + boxes } else { entries };
         let keyed = if self.keyed { keys + boxes + sorted } else { 0 };
-        4 * (assigned + keyed) + self.slices.len() as u64 * 16
+        let tree = self.tree.as_ref().map_or(0, TreeSource::bytes);
+        4 * (assigned + keyed) + self.slices.len() as u64 * 16 + tree
     }
 
     /// Words of the longer of lists and offsets.
@@ -202,13 +240,15 @@ fn room(grid: &TileGrid, side: u32, slices: u32) -> u64 {
 }
 
 /// Ways to slice the view, finest first, each twice as deep as the one before it; the last has one slice.
-fn slicings(tiles: &Tiles, view: &View, extent: f64) -> Vec<ClusterGrid> {
+fn slicings(request: &Request, tiles: &Tiles, view: &View, extent: f64) -> Vec<ClusterGrid> {
     let e = view.lens.extents();
     let farthest = extent.min(view.zfar.unwrap_or(f64::INFINITY)).max(view.znear);
     // Metres, or tangent.
     let wide = (e.top - e.bottom).abs() * f64::from(tiles.tile) / f64::from(view.height);
     let mut found: Vec<_> = if view.lens.is_perspective() {
-        exponential(&tiles.grid, wide, farthest)
+        // In each doubling of distance, which then grows by a factor of about 1 + `wide` from slice to slice.
+        let octave = std::f64::consts::LN_2 / wide.ln_1p();
+        exponential(&tiles.grid, request.slices_per_octave.map_or(octave, f64::from), farthest)
     } else {
         linear(&tiles.grid, wide, farthest - view.znear)
     };
@@ -218,9 +258,8 @@ fn slicings(tiles: &Tiles, view: &View, extent: f64) -> Vec<ClusterGrid> {
     found
 }
 
-/// Slices in which distance grows by a factor of about 1 + `wide`, to the nearest power of two an octave.
-fn exponential(grid: &TileGrid, wide: f64, farthest: f64) -> Vec<ClusterGrid> {
-    let octave = std::f64::consts::LN_2 / wide.ln_1p();
+/// `octave` slices, to the nearest power of two, in each doubling of distance.
+fn exponential(grid: &TileGrid, octave: f64, farthest: f64) -> Vec<ClusterGrid> {
     let finest = 23 - octave.log2().round().clamp(0.0, 20.0) as u32;
     let slice_top = (1.0 + grid.depth_scale).to_bits();
     let last = (f64::from(grid.depth_offset) / farthest) as f32;
@@ -337,5 +376,6 @@ fn pairs(reaches: &[Reach], slices: &[[f32; 4]], in_tile: u32) -> u64 {
     reaches.iter().map(of).sum()
 }
 
+mod longest;
 #[cfg(test)]
 mod tests;

@@ -31,8 +31,9 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
         lights(plan),
         gbuffer::effect(plan),
         gbuffer::volumes_effect(plan),
-        depth_bounds(plan, request),
+        depth_bounds(plan),
         light_lists(plan),
+        clusters(plan),
         normal_maps(plan, scene, on_device),
         alpha_mask(scene),
         transparency(scene),
@@ -68,12 +69,13 @@ fn lights(plan: &Plan) -> Effect {
     effect("lights", count > 0, why, plan.lights.bytes())
 }
 
-fn depth_bounds(plan: &Plan, request: &Request) -> Effect {
+fn depth_bounds(plan: &Plan) -> Effect {
     let Some(tiles) = &plan.tiles else {
         return effect("depth_bounds", false, format!("{} has no light lists", plan.technique.name()), 0);
     };
     let bytes = u64::from(tiles.count_tiles()) * 16;
     let why = match tiles.bounds {
+        DepthBounds::Off if plan.walks_tree() => "clusters find their lights without lists of tiles".into(),
         DepthBounds::Off if !plan.prepass => "no depth is known before shading".into(),
         DepthBounds::Off => "--depth-bounds off".into(),
         DepthBounds::MinMax => "nearest and farthest sample of each tile".into(),
@@ -81,7 +83,7 @@ fn depth_bounds(plan: &Plan, request: &Request) -> Effect {
             format!("nearest and farthest sample of each tile, and which of {} slots hold samples", tiles.slots)
         }
     };
-    effect("depth_bounds", request.depth_bounds_or_default() != DepthBounds::Off && plan.prepass, why, bytes)
+    effect("depth_bounds", tiles.bounds != DepthBounds::Off && plan.prepass, why, bytes)
 }
 
 fn light_lists(plan: &Plan) -> Effect {
@@ -101,7 +103,29 @@ fn light_lists(plan: &Plan) -> Effect {
         grid.bin_rows,
         tiles.bin_pairs
     );
+    if plan.walks_tree() {
+        return effect(
+            "light_lists",
+            false,
+            format!("clusters walk through the light hierarchy instead of {why}"),
+            tiles.bytes(),
+        );
+    }
     effect("light_lists", true, why, tiles.bytes())
+}
+
+fn clusters(plan: &Plan) -> Effect {
+    let Some(clusters) = &plan.clusters else {
+        return effect("clusters", false, format!("{} cuts no tiles into slices", plan.technique.name()), 0);
+    };
+    let why = format!(
+        "at most {}, {} bounds, {} pairs with lights: {}",
+        clusters.grid.capacity,
+        clusters.bounds.name(),
+        clusters.pairs,
+        clusters.why
+    );
+    effect("clusters", true, why, clusters.bytes())
 }
 
 fn normal_maps(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {

@@ -2,7 +2,7 @@
 
 use super::light_volumes::LightVolumes;
 use super::lights::check_loops;
-use super::request::{DeferredLights, GbufferLayout, Technique};
+use super::request::{Accumulation, DeferredLights, GbufferLayout, Technique};
 use super::{Effect, Limits, Plan, Request};
 use crate::error::{Error, Result};
 use crate::scene::LightKind;
@@ -10,7 +10,7 @@ use crate::scene::view::View;
 use crate::shared::MAX_HALF;
 
 /// Colour attachments of the fat layout.
-const FAT_ATTACHMENTS: u32 = 5;
+pub const FAT_ATTACHMENTS: u32 = 5;
 
 /// What a pixel of the G-buffer holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +70,8 @@ pub enum LightPass {
     },
     /// A compute pass that loops over the lights of each tile.
     Tiles,
+    /// A compute pass that loops over the lights of each cluster.
+    Clusters,
 }
 
 /// The deferred part of a plan.
@@ -79,20 +81,24 @@ pub struct Deferred {
     pub gbuffer: Gbuffer,
     /// How it is lit.
     pub light_pass: LightPass,
+    /// What volumes add in; `F32` for every other form, which stores its sum once.
+    pub accumulation: Accumulation,
 }
 
 impl Deferred {
     /// Decides for the plan's technique; `None` where it is not a deferred one. No geometry is farther than `extent` metres from the eye.
     ///
     /// # Errors
-    /// A G-buffer or a loop that this device does not grant.
+    /// A G-buffer or a loop that this device does not grant, or few bits for a technique that adds nothing by blending.
     pub fn new(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) -> Result<Option<Self>> {
+        check_accumulation(plan, request)?;
         let light_pass = match plan.technique {
             Technique::Deferred => light_pass(plan, request, extent, limits)?,
             Technique::TiledDeferred => LightPass::Tiles,
+            Technique::ClusteredDeferred => LightPass::Clusters,
             _ => return Ok(None),
         };
-        Ok(Some(Self { gbuffer: Gbuffer::new(plan, request, limits)?, light_pass }))
+        Ok(Some(Self { gbuffer: Gbuffer::new(plan, request, limits)?, light_pass, accumulation: request.accumulation }))
     }
 
     /// The volumes, where lights are added by them.
@@ -104,9 +110,26 @@ impl Deferred {
     }
 }
 
+fn check_accumulation(plan: &mut Plan, request: &Request) -> Result<()> {
+    if request.accumulation == Accumulation::F32 {
+        return Ok(());
+    }
+    if plan.technique != Technique::Deferred || request.deferred_lights != DeferredLights::Volumes {
+        return Err(Error::usage(
+            "--accumulation f16 is for --technique deferred --deferred-lights volumes: everything else stores its sum once",
+        ));
+    }
+    plan.notes.push(format!(
+        "light is added in 16-bit floats: each sum is rounded to 11 bits, and past {MAX_HALF} it is infinite"
+    ));
+    Ok(())
+}
+
 fn light_pass(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) -> Result<LightPass> {
     let mut form = request.deferred_lights;
-    if form == DeferredLights::Volumes && !limits.float_blend {
+    // Every device blends into 16-bit floats (Vulkan 1.3, "Required Format Support").
+    let blends = limits.float_blend || request.accumulation == Accumulation::F16;
+    if form == DeferredLights::Volumes && !blends {
         plan.notes.push(
             "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes"
                 .into(),
@@ -154,6 +177,7 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
         None => (format!("{} adds no light by blending", plan.technique.name()), 0),
         Some((_, Some(volumes))) => (volumes.why(), volumes.bytes()),
         Some((Deferred { light_pass: LightPass::Tiles, .. }, _)) => ("lights are listed by tile".into(), 0),
+        Some((Deferred { light_pass: LightPass::Clusters, .. }, _)) => ("lights are listed by cluster".into(), 0),
         Some(_) => ("one pass loops over all lights".into(), 0),
     };
     let runs = plan.deferred.as_ref().is_some_and(|d| d.volumes().is_some());
@@ -205,5 +229,21 @@ mod tests {
         let limits = Limits { float_blend: true, ..Limits::MINIMUM };
         let with = plan(&deferred(), &limits).expect("a plan");
         assert!(with.deferred.is_some_and(|d| d.volumes().is_some()));
+    }
+
+    #[test]
+    fn halves_are_for_volumes_and_blend_everywhere() {
+        let halves = Request { accumulation: Accumulation::F16, ..deferred() };
+        let planned = plan(&halves, &Limits::MINIMUM).expect("a plan");
+        assert!(planned.notes.iter().any(|n| n.contains("16-bit floats")));
+        let whole = plan(&deferred(), &Limits { float_blend: true, ..Limits::MINIMUM }).expect("a plan");
+        assert_eq!(whole.attachment_bytes() - planned.attachment_bytes(), 8 * planned.pixels());
+        assert!(planned.deferred.is_some_and(|d| d.volumes().is_some()));
+        let fullscreen = Request { deferred_lights: DeferredLights::Fullscreen, ..halves.clone() };
+        let forward = Request { technique: Technique::Forward, ..halves };
+        for request in [fullscreen, forward] {
+            let refused = plan(&request, &Limits::MINIMUM).expect_err("nothing blends").to_string();
+            assert!(refused.contains("--accumulation f16"), "{refused}");
+        }
     }
 }

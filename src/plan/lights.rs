@@ -1,7 +1,9 @@
 //! Lights in device form: view-space texels (src/shared.rs), and the choice of how they are read.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::light_parts::Sum;
 use super::{FetchChoice, Limits};
 use crate::error::{Error, Result};
 use crate::scene::LightKind;
@@ -39,6 +41,9 @@ impl Fetch {
         }
     }
 }
+
+/// Lights that one task rounds: enough that tasks cost nothing beside them.
+const LIGHTS_A_TASK: usize = 4096;
 
 /// All lights of a picture, ready for upload.
 #[derive(Debug, Clone)]
@@ -149,12 +154,15 @@ impl LightTable {
         let placed = lighting.lights.iter().filter(|l| l.kind != LightKind::Directional);
         let positions = placed.map(|l| view.world_to_view.transform_point3(l.position));
         let step = remainder_step(positions);
-        let mut texels = Vec::with_capacity(texel_count as usize);
-        for light in lighting.in_table_order() {
-            push(&mut texels, light, view, texels_each, step);
-        }
+        let table: Vec<&ResolvedLight> = lighting.in_table_order().collect();
+        let texels_of = |run: &[&ResolvedLight]| {
+            let mut texels = Vec::with_capacity(run.len() * texels_each as usize);
+            run.iter().for_each(|light| push(&mut texels, light, view, texels_each, step));
+            texels
+        };
+        let runs: Vec<_> = table.par_chunks(LIGHTS_A_TASK).map(texels_of).collect();
         Ok(Self {
-            texels,
+            texels: runs.concat(),
             count,
             texels_each,
             kinds,
@@ -185,15 +193,14 @@ fn check_intensities(lighting: &Lighting) -> Result<()> {
     }
 }
 
-/// Refuses what the driver would cut short. The seeking loop of shade.glsl tests every light and shades at most every light; each
-/// group of 32 ends two inner loops and goes round the outer one, and that ends once. The plain loop goes round once a light.
+/// Refuses what the driver would cut short, for a technique that adds all lights in one pass.
 pub(super) fn check_loops(count: u32, seek: bool, limits: &Limits) -> Result<()> {
-    let lights = u64::from(count);
-    let iterations = if seek { 2 * lights + 3 * lights.div_ceil(32) + 1 } else { lights };
-    if iterations > u64::from(limits.max_loop_iterations) {
-        let most = limits.max_loop_iterations;
+    let sum = Sum { lights: count, ahead: 0, seek };
+    if !sum.fits(limits) {
+        let (iterations, most) = (sum.iterations(), limits.max_loop_iterations);
         return Err(Error::new(format!(
-            "a fragment loops over {count} lights in up to {iterations} iterations, this driver leaves its loops after {most}"
+            "a pixel loops over {count} lights in up to {iterations} iterations, this driver leaves its loops after {most}; \
+             --technique forward adds them in several passes"
         )));
     }
     Ok(())
@@ -217,13 +224,23 @@ fn choose(choice: FetchChoice, count: u32, texels: u64, limits: &Limits) -> Resu
         FetchChoice::Storage => Ok((Fetch::Storage, "asked for".into())),
         FetchChoice::Uniform => Ok((Fetch::Uniform, "asked for".into())),
         FetchChoice::Texel => Ok((Fetch::Texel, "asked for".into())),
-        FetchChoice::Auto if fits_texel => {
-            let most = limits.max_texel_elements;
-            Ok((Fetch::Texel, format!("{texels} texels fit into a texel buffer of {most}")))
-        }
         FetchChoice::Auto => {
-            let most = limits.max_texel_elements;
-            Ok((Fetch::Storage, format!("{texels} texels pass a texel buffer's {most}")))
+            let profile = limits.profile.clone().unwrap_or_default();
+            let ways = [
+                (Fetch::Texel, fits_texel, profile.texel_fetch),
+                (Fetch::Uniform, fits_uniform, profile.uniform_fetch),
+                (Fetch::Storage, true, profile.storage_fetch),
+            ];
+            let fitting = ways.iter().filter(|way| way.1);
+            let best = fitting.min_by(|a, b| a.2.total_cmp(&b.2)).map_or(Fetch::Storage, |way| way.0);
+            let ns = |way: &(Fetch, bool, f64)| {
+                let fits = if way.1 { format!("{} ns", way.2) } else { "does not fit".into() };
+                format!("{} {fits}", way.0.name())
+            };
+            Ok((
+                best,
+                format!("the fastest that holds them: {}; {}", ways.each_ref().map(ns).join(", "), profile.source),
+            ))
         }
     }
 }

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use super::profile::Profile;
+
 /// Limits that plans are checked against.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
     /// `maxImageDimension2D`.
     pub max_image_dimension: u32,
@@ -27,6 +29,8 @@ pub struct Limits {
     pub max_stage_storage_buffers: u32,
     /// RGBA32F colour attachments blend.
     pub float_blend: bool,
+    /// What the device takes for each step; `None`: not measured.
+    pub profile: Option<Profile>,
 }
 
 impl Limits {
@@ -43,6 +47,7 @@ impl Limits {
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
         float_blend: false,
+        profile: None,
     };
 }
 
@@ -60,5 +65,6 @@ impl Limits {
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
         float_blend: false,
+        profile: None,
     };
 }

@@ -1,16 +1,21 @@
 //! What will run, decided before any Vulkan object exists: a pure function of scene, request and limits.
 
+pub mod assign;
 pub mod clusters;
+pub mod cost;
+mod debug_view;
 mod effects;
 pub mod gbuffer;
 pub mod geometry;
 mod light_markers;
+mod light_parts;
 pub mod light_tree;
 pub mod light_volumes;
 pub mod lights;
 mod limits;
 pub mod list_sort;
 pub mod materials;
+pub mod profile;
 pub mod projection;
 mod request;
 pub mod tiles;
@@ -23,15 +28,17 @@ use crate::scene::view::View;
 use crate::shared::LightMarker;
 
 pub use clusters::Clusters;
+pub use debug_view::DebugView;
 pub use effects::Effect;
 pub use gbuffer::{Deferred, Gbuffer, LightPass};
 pub use geometry::Geometry;
+pub use light_parts::LightParts;
 pub use light_volumes::LightVolumes;
 pub use lights::{Fetch, LightTable};
 pub use limits::Limits;
 pub use request::{
-    CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Request,
-    Technique,
+    Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
+    GbufferLayout, Request, Technique,
 };
 pub use tiles::Tiles;
 
@@ -59,10 +66,12 @@ pub struct Plan {
     pub lights: LightTable,
     /// Light lists of screen tiles, where the technique has them.
     pub tiles: Option<Tiles>,
-    /// Their slices, where the technique has clusters; the lists of tiles are candidates then.
+    /// Their slices, where the technique has clusters; lists of tiles are made then only where candidates come from them.
     pub clusters: Option<Clusters>,
     /// G-buffer and how lights are added over it, where the technique is a deferred one.
     pub deferred: Option<Deferred>,
+    /// Passes that a forward technique adds its lights in.
+    pub light_parts: LightParts,
     /// Spheres that show where lights are; empty where they are not wanted.
     pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
@@ -85,32 +94,60 @@ impl Plan {
     /// # Errors
     /// A request that cannot be met, in one sentence; nothing has been allocated then.
     pub fn new(scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
+        match request.technique {
+            Technique::Auto => Self::cheapest(scene, request, limits),
+            _ => Self::of_technique(scene, request, limits, "asked for".into()),
+        }
+    }
+
+    /// The cheapest technique that the limits allow, by the model of `plan/cost.rs`.
+    fn cheapest(scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
+        check_size(request, limits)?;
+        let camera = request.camera(scene, &mut Vec::new())?;
+        let view = View::new(&camera, request.width, request.height)?;
+        let lighting = Lighting::new(scene, &request.rules)?;
+        let load = cost::Load::new(scene, &lighting, &view, request.tile);
+        let profile = limits.profile.clone().unwrap_or_default();
+        let ranked = cost::ranked(&profile, &load, request, limits);
+        let mut refused = None;
+        for &(technique, _) in &ranked {
+            let why = cost::why(&profile, &ranked, technique);
+            let asked = Request { technique, ..request.clone() };
+            match Self::of_technique(scene, &asked, limits, why) {
+                Ok(plan) => return Ok(plan),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| Error::new("no technique fits this device")))
+    }
+
+    fn of_technique(scene: &Scene, request: &Request, limits: &Limits, technique_why: String) -> Result<Self> {
         check_size(request, limits)?;
         let mut notes = Vec::new();
         let camera = request.camera(scene, &mut notes)?;
         let view = View::new(&camera, request.width, request.height)?;
         let lighting = Lighting::new(scene, &request.rules)?;
         note_lighting(&lighting, &mut notes);
-        let (technique, technique_why) = request.technique_or_default();
+        let technique = request.technique;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
-        if matches!(technique, Technique::Forward | Technique::Reference) {
-            lights::check_loops(lights.count, lights.seek, limits)?;
-        }
         let materials = materials::Materials::new(scene, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
-        let clustered = technique == Technique::ClusteredForward;
+        let clustered = technique.clusters();
         let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
         let request = &clusters::asked(technique, Request { prepass, ..request.clone() })?;
         let extent = extent(scene, &view);
-        let tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;
+        let mut tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;
         let cut = tiles.as_ref().filter(|_| clustered);
         let clusters = cut.map(|tiles| Clusters::new(request, tiles, &view, extent, limits)).transpose()?;
+        if let Some(tiles) = tiles.as_mut().filter(|_| clusters.as_ref().is_some_and(|c| c.tree.is_some())) {
+            // No tile asks for the depths of its samples.
+            tiles.bounds = DepthBounds::Off;
+        }
         if request.show_lights && technique == Technique::Reference {
             notes.push("--show-lights: the reference draws no markers".into());
         }
         let markers = if request.show_lights { light_markers::markers(&lighting, &view) } else { Vec::new() };
-        request.debug_view.map_or(Ok(()), |view| view.check(technique, tiles.as_ref()))?;
         let mut plan = Self {
             technique,
             technique_why,
@@ -122,6 +159,7 @@ impl Plan {
             tiles,
             clusters,
             deferred: None,
+            light_parts: LightParts::WHOLE,
             markers,
             geometry,
             materials,
@@ -131,6 +169,8 @@ impl Plan {
             lighting,
         };
         plan.deferred = Deferred::new(&mut plan, request, extent, limits)?;
+        plan.light_parts = LightParts::new(&mut plan, limits)?;
+        plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
         plan.effects = effects::decide(&plan, scene, request);
         Ok(plan)
     }
@@ -138,6 +178,11 @@ impl Plan {
     /// Surfaces are stored instead of lit: a debug view of them is wanted.
     pub fn shows_surfaces(&self) -> bool {
         self.debug_view.is_some_and(DebugView::of_surfaces)
+    }
+
+    /// Candidates of clusters come from the light hierarchy: no lists of tiles are made.
+    pub fn walks_tree(&self) -> bool {
+        self.clusters.as_ref().is_some_and(|clusters| clusters.tree.is_some())
     }
 
     /// The technique makes light lists.
@@ -152,10 +197,16 @@ impl Plan {
 
     /// Bytes of the attachments that a frame needs.
     pub fn attachment_bytes(&self) -> u64 {
-        let colors = if self.shows_surfaces() { 4 } else { 1 };
+        let halves = self.deferred.as_ref().is_some_and(|d| d.accumulation == Accumulation::F16);
+        let colors = match (self.shows_surfaces(), halves) {
+            (true, _) => 4 * RADIANCE_BYTES,
+            (false, true) => RADIANCE_BYTES / 2,
+            // Parts of a sum take turns with two images.
+            (false, false) => RADIANCE_BYTES * u64::from(self.light_parts.count.min(2)),
+        };
         let gbuffer = self.deferred.as_ref().filter(|_| !self.shows_surfaces());
         let gbuffer = gbuffer.map_or(0, |d| d.gbuffer.texel_bytes());
-        self.pixels() * (RADIANCE_BYTES * colors + DEPTH_BYTES + gbuffer)
+        self.pixels() * (colors + DEPTH_BYTES + gbuffer)
     }
 
     /// Bytes of every buffer and texture that is filled before the first frame.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Tiles;
+use super::DebugView;
 use crate::error::{Error, Result};
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
@@ -21,7 +21,9 @@ pub enum Technique {
     TiledDeferred,
     /// Every fragment loops over the lights of its screen tile.
     TiledForward,
-    /// Every fragment loops over the lights of its cluster: a slice of its screen tile.
+    /// Every pixel of a G-buffer loops over the lights of its cluster: a slice of its screen tile.
+    ClusteredDeferred,
+    /// Every fragment loops over the lights of its cluster.
     ClusteredForward,
     /// Rays in f64 on the CPU.
     Reference,
@@ -36,9 +38,15 @@ impl Technique {
             Self::Deferred => "deferred",
             Self::TiledDeferred => "tiled-deferred",
             Self::TiledForward => "tiled-forward",
+            Self::ClusteredDeferred => "clustered-deferred",
             Self::ClusteredForward => "clustered-forward",
             Self::Reference => "reference",
         }
+    }
+
+    /// Light lists are those of clusters.
+    pub fn clusters(self) -> bool {
+        matches!(self, Self::ClusteredDeferred | Self::ClusteredForward)
     }
 }
 
@@ -155,6 +163,50 @@ impl GbufferLayout {
     }
 }
 
+/// Numbers that light volumes add in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accumulation {
+    /// 32-bit floats: what every other technique adds in.
+    F32,
+    /// 16-bit floats: half the bytes of the picture, and a sum rounded to 11 bits after each light.
+    F16,
+}
+
+impl Accumulation {
+    /// Every kind.
+    pub const ALL: [Self; 2] = [Self::F32, Self::F16];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F16 => "f16",
+        }
+    }
+}
+
+/// Where clusters find their candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssignChoice {
+    /// The plan chooses.
+    Auto,
+    /// In the lists of their tiles.
+    Tiles,
+    /// In the light hierarchy.
+    Tree,
+}
+
+impl AssignChoice {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Tiles => "tiles",
+            Self::Tree => "tree",
+        }
+    }
+}
+
 /// What bounds a cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClusterBounds {
@@ -170,103 +222,6 @@ impl ClusterBounds {
         match self {
             Self::Implicit => "implicit",
             Self::Explicit => "explicit",
-        }
-    }
-}
-
-/// Pictures of intermediate values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DebugView {
-    /// Linear base colour.
-    Albedo,
-    /// View-space shading normal, -1..1 mapped to 0..1.
-    Normals,
-    /// Distance along the view axis in false colour.
-    Depth,
-    /// The depth buffer's own value.
-    DepthRaw,
-    /// Nearest distance of each tile's samples.
-    TileMin,
-    /// Farthest distance of each tile's samples.
-    TileMax,
-    /// Length of the list that each pixel reads.
-    TileLights,
-    /// Occupied slots of each tile's 2.5D mask.
-    TileMask,
-    /// Bounding rectangles of lights over the lit picture.
-    Quads,
-    /// Lights that reach a pixel and are not in its list, over the lit picture.
-    Missed,
-    /// Listed over reaching lights of each pixel.
-    Waste,
-    /// Lights that reach each pixel.
-    Lights,
-}
-
-impl DebugView {
-    /// Every view with its typed name.
-    pub const ALL: [(&'static str, Self); 12] = [
-        ("albedo", Self::Albedo),
-        ("normals", Self::Normals),
-        ("depth", Self::Depth),
-        ("depth-raw", Self::DepthRaw),
-        ("tile-min", Self::TileMin),
-        ("tile-max", Self::TileMax),
-        ("tile-lights", Self::TileLights),
-        ("tile-mask", Self::TileMask),
-        ("quads", Self::Quads),
-        ("missed", Self::Missed),
-        ("waste", Self::Waste),
-        ("lights", Self::Lights),
-    ];
-
-    /// As typed.
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|view| view.1 == self).map_or("", |view| view.0)
-    }
-
-    /// Shows what the surface frame stores. For the others the picture is lit.
-    pub fn of_surfaces(self) -> bool {
-        matches!(self, Self::Albedo | Self::Normals | Self::Depth | Self::DepthRaw)
-    }
-
-    /// Shows numbers of lists, or of the depths that lists are made from.
-    pub fn of_lists(self) -> bool {
-        !self.of_surfaces() && self != Self::Quads
-    }
-
-    /// Shows what the f64 oracle finds.
-    pub fn of_oracle(self) -> bool {
-        matches!(self, Self::Missed | Self::Waste | Self::Lights)
-    }
-
-    /// Is drawn over the lit picture.
-    pub fn over_lit(self) -> bool {
-        matches!(self, Self::Quads | Self::Missed)
-    }
-
-    /// Refuses a view of what the plan does not make.
-    ///
-    /// # Errors
-    /// One sentence: what the view shows, and what is there instead.
-    pub(super) fn check(self, technique: Technique, tiles: Option<&Tiles>) -> Result<()> {
-        let refuse = |why: String| Err(Error::usage(format!("--debug-view {} {why}", self.name())));
-        let Some(tiles) = tiles else {
-            return match self {
-                Self::TileMin | Self::TileMax | Self::TileLights | Self::TileMask | Self::Missed | Self::Waste => {
-                    refuse(format!("shows light lists, and {} makes none", technique.name()))
-                }
-                _ => Ok(()),
-            };
-        };
-        match (self, tiles.bounds) {
-            (Self::TileMin | Self::TileMax, DepthBounds::Off) => {
-                refuse("shows the depth bounds of tiles, which --depth-bounds off and --prepass off leave out".into())
-            }
-            (Self::TileMask, DepthBounds::Off | DepthBounds::MinMax) => {
-                refuse(format!("shows the mask of --depth-bounds 2.5d, which is {} here", tiles.bounds.name()))
-            }
-            _ => Ok(()),
         }
     }
 }
@@ -307,6 +262,10 @@ pub struct Request {
     pub depth_bounds: Option<DepthBounds>,
     /// What bounds a cluster; `None`: as much as there is.
     pub cluster_bounds: Option<ClusterBounds>,
+    /// Slices of clusters in each doubling of distance, a power of two; `None`: about as deep as the tile is wide.
+    pub slices_per_octave: Option<u32>,
+    /// Where clusters find their candidates.
+    pub assign: AssignChoice,
     /// Clusters are made of samples with like normals.
     pub cluster_normals: bool,
     /// How `deferred` adds lights.
@@ -315,6 +274,8 @@ pub struct Request {
     pub gbuffer: GbufferLayout,
     /// Of each of a normal's two codes in the compact G-buffer: 8, 10 or 16.
     pub normal_bits: u32,
+    /// What light volumes add in.
+    pub accumulation: Accumulation,
     /// A small sphere where each light stands.
     pub show_lights: bool,
     /// Which camera.
@@ -337,10 +298,13 @@ impl Default for Request {
             cull: CullTest::FrustumAabb,
             depth_bounds: None,
             cluster_bounds: None,
+            slices_per_octave: None,
+            assign: AssignChoice::Auto,
             cluster_normals: false,
             deferred_lights: DeferredLights::Volumes,
             gbuffer: GbufferLayout::Compact,
             normal_bits: 16,
+            accumulation: Accumulation::F32,
             show_lights: false,
             camera: CameraChoice::Default,
             debug_view: None,
@@ -398,14 +362,6 @@ impl Request {
         match self.cluster_bounds {
             _ if !self.prepass => ClusterBounds::Implicit,
             asked => asked.unwrap_or(ClusterBounds::Explicit),
-        }
-    }
-
-    /// The technique that `auto` stands for, and why.
-    pub fn technique_or_default(&self) -> (Technique, String) {
-        match self.technique {
-            Technique::Auto => (Technique::Forward, "auto: forward is the one device technique so far".into()),
-            asked => (asked, "asked for".into()),
         }
     }
 }

@@ -4,8 +4,10 @@
 //! membership by exact arithmetic alone (math/cull.rs).
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::gbuffer::depth_terms;
+use super::light_parts::Sum;
 use super::projection::{self, PixelRect};
 use super::request::{CullTest, DepthBounds};
 use super::{Limits, Request};
@@ -14,7 +16,7 @@ use crate::math::cull;
 use crate::scene::LightKind;
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::{Lens, View};
-use crate::shared::{self, BIN_TILES, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, TileGrid};
+use crate::shared::{self, BIN_TILES, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid};
 
 /// What the plan decided about tiles.
 #[derive(Debug, Clone)]
@@ -72,6 +74,12 @@ const RANGE_SLACK: f64 = 2e-5;
 /// Depth slots of tiles up to this many pixels; larger tiles hold more depth, and more slots.
 const COARSE_TILE: u32 = 32;
 
+/// Items of a workgroup of scan_sum.comp.
+pub(super) const SCAN_GROUP: u64 = 32 * SCAN_RUN as u64;
+
+/// First and last column and row; empty where first passes last.
+pub(super) type Span = [u32; 4];
+
 impl Tiles {
     /// Decides grid and lists. No geometry is farther than `extent` metres from the eye.
     ///
@@ -91,7 +99,7 @@ impl Tiles {
             bounds: request.depth_bounds_or_default(),
             slots: if tile > COARSE_TILE { 64 } else { 32 },
             grid,
-            lights: Vec::with_capacity(culled.len() * CULL_TEXELS as usize),
+            lights: Vec::new(),
             edges,
             bin_pairs: 0,
             longest_bin: 0,
@@ -103,13 +111,18 @@ impl Tiles {
             lights_by_texel: false,
             list_seek: request.cull != CullTest::FrustumAabb || request.depth_bounds_or_default() == DepthBounds::Off,
         };
-        for light in culled {
-            tiles.push(light, view, extent);
-        }
+        let lights: Vec<_> = culled.par_iter().map(|light| tiles.cull_texels(light, view, extent)).collect();
+        tiles.lights = lights.into_flattened();
         tiles.count();
         tiles.grid.list_chunks = tiles.longest_bin.div_ceil(LIST_CHUNK).max(1);
-        tiles.check(limits)?;
-        tiles.words_by_texel = tiles.tile_pairs.max(tiles.bin_pairs) <= limits.max_texel_elements;
+        tiles.check_lights(limits)?;
+        // Clusters may do without lists of tiles (plan/assign.rs).
+        if !request.technique.clusters() {
+            tiles.check_lists(limits)?;
+        }
+        let loops = Sum { lights: tiles.longest_tile, ahead: tiles.grid.first_light, seek: true };
+        tiles.list_seek &= loops.fits(limits);
+        tiles.words_by_texel = tiles.most_words() <= limits.max_texel_elements;
         tiles.lights_by_texel = tiles.lights.len() as u64 <= limits.max_texel_elements;
         Ok(tiles)
     }
@@ -126,15 +139,25 @@ impl Tiles {
 
     /// Bytes of every buffer and image that lists take.
     pub fn bytes(&self) -> u64 {
-        let words = self.bin_pairs
-            + self.tile_pairs
-            + 2 * u64::from(self.count_tiles() * self.grid.list_chunks)
-            + 2 * u64::from(self.count_bins() * self.grid.light_chunks);
+        let [of_tiles, of_bins] = self.counts();
+        let words = self.bin_pairs + self.tile_pairs + 2 * of_tiles + 2 * of_bins;
         let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
         words * 4 + image + (self.lights.len() + self.edges.len()) as u64 * 16
     }
 
-    fn push(&mut self, light: &ResolvedLight, view: &View, extent: f64) {
+    /// Counts that lists are made with: one a tile and run of its bin's list, and one a bin and run of lights.
+    fn counts(&self) -> [u64; 2] {
+        let of = |cells: u32, runs: u32| u64::from(cells) * u64::from(runs);
+        [of(self.count_tiles(), self.grid.list_chunks), of(self.count_bins(), self.grid.light_chunks)]
+    }
+
+    /// Words of the longest of lists and offsets.
+    fn most_words(&self) -> u64 {
+        let [of_tiles, of_bins] = self.counts();
+        [self.tile_pairs, self.bin_pairs, of_tiles + 1, of_bins + 1].into_iter().fold(0, u64::max)
+    }
+
+    fn cull_texels(&self, light: &ResolvedLight, view: &View, extent: f64) -> [[f32; 4]; CULL_TEXELS as usize] {
         let center = view.world_to_view.transform_point3(light.position);
         let stored = center.as_vec3();
         let far_away = if view.lens.is_perspective() { center.length() + light.range } else { 1.0 };
@@ -149,65 +172,86 @@ impl Tiles {
         let [near, far] = range.unwrap_or([1.0, 0.0]);
         let rect = rect.as_ref().filter(|_| range.is_some()).map_or([1.0, 0.0, 1.0, 0.0], tiles);
         let radius = up(radius);
-        self.lights.push([stored.x, stored.y, stored.z, up(f64::from(radius) * f64::from(radius))]);
-        self.lights.push([near, far.min(shared::FAR_LIMIT), radius, 0.0]);
-        self.lights.push(rect);
+        [
+            [stored.x, stored.y, stored.z, up(f64::from(radius) * f64::from(radius))],
+            [near, far.min(shared::FAR_LIMIT), radius, 0.0],
+            rect,
+        ]
+    }
+
+    /// Bins and tiles that each light touches, by its rectangle and the planes.
+    pub(super) fn spans(&self) -> Vec<[Span; 2]> {
+        let of = |light: &[[f32; 4]]| {
+            let rectangle = light[2].map(|t| t as u32);
+            if is_empty(rectangle) {
+                return [rectangle; 2];
+            }
+            let tiles = match self.cull {
+                CullTest::Bounds | CullTest::BoundsTextbook => rectangle,
+                _ => planes(light, rectangle, &self.grid, &self.edges),
+            };
+            [rectangle.map(|t| t / BIN_TILES), tiles]
+        };
+        self.lights.par_chunks_exact(CULL_TEXELS as usize).map(of).collect()
     }
 
     /// Sizes of the lists, from the rectangles and the planes alone.
     fn count(&mut self) {
-        let (bins_wide, bins) = (self.grid.bin_columns, self.count_bins());
-        let (wide, high) = (self.grid.columns as usize + 1, self.grid.rows as usize + 1);
-        let mut of_bin = vec![0u32; bins as usize];
-        // Corners of rectangles; summed over both axes they give the lights of each tile.
-        let mut corners = vec![0i32; wide * high];
-        for light in self.lights.chunks_exact(CULL_TEXELS as usize) {
-            let [x0, x1, y0, y1] = light[2].map(|t| t as u32);
-            if x0 > x1 || y0 > y1 {
-                continue;
-            }
-            for y in y0 / BIN_TILES..=y1 / BIN_TILES {
-                for x in x0 / BIN_TILES..=x1 / BIN_TILES {
-                    of_bin[(y * bins_wide + x) as usize] += 1;
-                    self.bin_pairs += 1;
-                }
-            }
-            let [x0, x1, y0, y1] = match self.cull {
-                CullTest::Bounds | CullTest::BoundsTextbook => [x0, x1, y0, y1],
-                _ => planes(light, [x0, x1, y0, y1], &self.grid, &self.edges),
-            }
-            .map(|t| t as usize);
-            if x0 > x1 || y0 > y1 {
-                continue;
-            }
-            self.tile_pairs += ((x1 + 1 - x0) * (y1 + 1 - y0)) as u64;
-            corners[y0 * wide + x0] += 1;
-            corners[y0 * wide + x1 + 1] -= 1;
-            corners[(y1 + 1) * wide + x0] -= 1;
-            corners[(y1 + 1) * wide + x1 + 1] += 1;
+        let [bins_wide, wide] = [self.grid.bin_columns, self.grid.columns].map(|columns| columns as usize + 1);
+        let mut of_bins = vec![0; bins_wide * (self.grid.bin_rows as usize + 1)];
+        let mut of_tiles = vec![0; wide * (self.grid.rows as usize + 1)];
+        for [bins, tiles] in self.spans() {
+            self.bin_pairs += add_span(&mut of_bins, bins_wide, bins, 1);
+            self.tile_pairs += add_span(&mut of_tiles, wide, tiles, 1);
         }
-        self.longest_bin = of_bin.into_iter().max().unwrap_or(0);
-        self.longest_tile = longest(&mut corners, wide);
+        self.longest_bin = longest(&mut of_bins, bins_wide);
+        self.longest_tile = longest(&mut of_tiles, wide);
     }
 
-    fn check(&mut self, limits: &Limits) -> Result<()> {
-        let bytes = self.tile_pairs.max(self.bin_pairs).max(self.lights.len() as u64 * 4) * 4;
-        let most = limits.max_storage_bytes.min(limits.max_buffer_bytes);
+    fn check_lights(&self, limits: &Limits) -> Result<()> {
+        let (bytes, most) = (self.lights.len() as u64 * 16, limits.max_storage_bytes.min(limits.max_buffer_bytes));
         if bytes > most {
+            let lights = self.grid.light_count;
             return Err(Error::new(format!(
-                "light lists of {} tiles need {bytes} bytes, this device binds at most {most} at once",
-                self.count_tiles()
+                "{lights} lights to cull need {bytes} bytes, this device binds at most {most} at once"
             )));
         }
-        // Seeking goes round twice a light and three times a run of 32 (plan/lights.rs); directional lights come before.
-        let lights = u64::from(self.longest_tile);
-        let seeking = u64::from(self.grid.first_light) + 2 * lights + 3 * lights.div_ceil(32) + 1;
-        self.list_seek &= seeking <= u64::from(limits.max_loop_iterations);
-        let iterations = u64::from(self.grid.first_light) + lights;
-        if iterations > u64::from(limits.max_loop_iterations) {
+        Ok(())
+    }
+
+    /// Whether a device can make lists of tiles.
+    ///
+    /// # Errors
+    /// Lists that pass one of its limits.
+    pub(super) fn check_lists(&self, limits: &Limits) -> Result<()> {
+        let tiles = self.count_tiles();
+        let (bytes, most) = (self.most_words() * 4, limits.max_storage_bytes.min(limits.max_buffer_bytes));
+        if bytes > most {
             return Err(Error::new(format!(
-                "a tile may hold {lights} lights, which take up to {iterations} iterations a fragment; this driver leaves its loops after {}",
-                limits.max_loop_iterations
+                "light lists of {tiles} tiles need {bytes} bytes, this device binds at most {most} at once"
+            )));
+        }
+        let scanned = self.counts().map(|count| count.div_ceil(SCAN_GROUP));
+        let rows = [self.count_bins(), self.grid.light_chunks].map(u64::from);
+        let groups = scanned.into_iter().chain(rows).fold(0, u64::max);
+        if groups > u64::from(MOST_GROUPS) {
+            return Err(Error::new(format!(
+                "light lists of {tiles} tiles need {groups} workgroups in a row, every device takes {MOST_GROUPS}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuses lists of tiles as the candidates of clusters: a thread looks at the whole list of its cluster's tile.
+    ///
+    /// # Errors
+    /// Lists that pass a limit, or that are longer than the driver's loops go round.
+    pub(super) fn check_candidates(&self, limits: &Limits) -> Result<()> {
+        self.check_lists(limits)?;
+        let (longest, most) = (self.longest_tile, limits.max_loop_iterations);
+        if longest > most {
+            return Err(Error::new(format!(
+                "a cluster looks at up to {longest} lights of its tile, this driver leaves its loops after {most} iterations"
             )));
         }
         Ok(())
@@ -282,7 +326,7 @@ fn edges(tile: u32, grid: &TileGrid, view: &View) -> Vec<[f32; 4]> {
 
 /// Tiles of the light's bins between whose planes it lies: first and last column and row. The planes of an axis pass a run of
 /// neighbours, because each is passed by all tiles on one side of the light.
-fn planes(light: &[[f32; 4]], [x0, x1, y0, y1]: [u32; 4], grid: &TileGrid, edges: &[[f32; 4]]) -> [u32; 4] {
+fn planes(light: &[[f32; 4]], [x0, x1, y0, y1]: Span, grid: &TileGrid, edges: &[[f32; 4]]) -> Span {
     let [x, y, z, _] = light[0];
     let radius = light[1][2];
     let run = |first: u32, last: u32, count: u32, base: u32, across: f32| {
@@ -299,8 +343,26 @@ fn planes(light: &[[f32; 4]], [x0, x1, y0, y1]: [u32; 4], grid: &TileGrid, edges
     [x0, x1, y0, y1]
 }
 
+fn is_empty([x0, x1, y0, y1]: Span) -> bool {
+    x0 > x1 || y0 > y1
+}
+
+/// Counts a light in each cell of a span, by corners whose sums over both axes are the counts, or with -1 takes it out again; the number of
+/// these cells.
+pub(super) fn add_span(corners: &mut [i32], wide: usize, span: Span, sign: i32) -> u64 {
+    if is_empty(span) {
+        return 0;
+    }
+    let [x0, x1, y0, y1] = span.map(|t| t as usize);
+    corners[y0 * wide + x0] += sign;
+    corners[y0 * wide + x1 + 1] -= sign;
+    corners[(y1 + 1) * wide + x0] -= sign;
+    corners[(y1 + 1) * wide + x1 + 1] += sign;
+    ((x1 + 1 - x0) * (y1 + 1 - y0)) as u64
+}
+
 /// Largest sum over both axes.
-fn longest(corners: &mut [i32], wide: usize) -> u32 {
+pub(super) fn longest(corners: &mut [i32], wide: usize) -> u32 {
     let mut most = 0;
     for at in 0..corners.len() {
         let left = if at % wide > 0 { corners[at - 1] } else { 0 };
@@ -316,3 +378,6 @@ fn longest(corners: &mut [i32], wide: usize) -> u32 {
 fn culled(lights: &[ResolvedLight]) -> impl Iterator<Item = &ResolvedLight> {
     lights.iter().filter(|l| l.kind != LightKind::Directional)
 }
+
+#[cfg(test)]
+mod tests;

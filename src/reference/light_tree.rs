@@ -92,6 +92,7 @@ fn leaf(lights: &[[f32; 4]], light: u32) -> Entry {
         return Entry { light: light as f32, light_count: 1.0, ..Entry::EMPTY };
     }
     let ([x, y, z, _], radius) = (texel(0), texel(1)[2]);
+    let radius = radius + radius * DISTANCE_SLACK;
     let low = [x, y, z].map(|c| c - radius).map(|low| low - low.abs() * DISTANCE_SLACK);
     let high = [x, y, z].map(|c| c + radius).map(|high| high + high.abs() * DISTANCE_SLACK);
     Entry { low, light: light as f32, high, light_count: 1.0 }

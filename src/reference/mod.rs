@@ -5,6 +5,7 @@
 //! device's.
 
 pub mod bvh;
+pub mod cell_volume;
 pub mod cluster_assign;
 pub mod cluster_index;
 pub mod cluster_keys;

@@ -4,7 +4,7 @@ use super::{parts, request, scene};
 use crate::checks::Row;
 use crate::error::{Error, Result};
 use crate::graph::access::{ComputeStorageWrite, ComputeUniform};
-use crate::graph::{ComputePipeline, Graph, Lifetime, Work};
+use crate::graph::{ComputePipeline, Graph, Groups, Lifetime, Work};
 use crate::math::cull;
 use crate::passes::{Frame, SceneHandles, read_back};
 use crate::plan::{Plan, Request, Technique};
@@ -35,7 +35,10 @@ fn probed(renderer: &Renderer, scene: &Scene, plan: &Plan, count: u32) -> Result
     let spec = slice_probe::Spec { SLICE_STEP: step(plan)? };
     let pipeline = ComputePipeline { program: &slice_probe::PROGRAM, constants: spec.values() };
     let groups = [count.div_ceil(slice_probe::PROGRAM.local_size[0]), 1, 1];
-    graph.add("slice_probe", Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups });
+    graph.add(
+        "slice_probe",
+        Work::Dispatch { pipeline, bindings: set.list(), push: Vec::new(), groups: Groups::Fixed(groups) },
+    );
     graph.end_frame();
     let results = read_back::add_all(&mut graph, &[], &[("slices", slices)]);
     let mut prepared = renderer.prepare_frame(scene, plan, Frame { graph, scene: handles, results })?;

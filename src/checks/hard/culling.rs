@@ -13,9 +13,9 @@ use crate::scene::view::View;
 use crate::scene::{Camera, Light, Projection, Scene, builtin};
 
 /// One light of a kind, in view space: centre and range.
-type Maker = fn(&mut Random, &View) -> (DVec3, f64);
+pub(super) type Maker = fn(&mut Random, &View) -> (DVec3, f64);
 
-fn log_range(random: &mut Random, low: f64, high: f64) -> f64 {
+pub(super) fn log_range(random: &mut Random, low: f64, high: f64) -> f64 {
     random.range(low.ln(), high.ln()).exp()
 }
 
@@ -74,7 +74,7 @@ fn at_edges(random: &mut Random, view: &View) -> (DVec3, f64) {
     (center * random.range(0.9, 1.1), log_range(random, 0.01, 3.0))
 }
 
-const MAKERS: [Maker; 6] = [beside, across_near, round_eye, behind, any_size, at_edges];
+pub(super) const MAKERS: [Maker; 6] = [beside, across_near, round_eye, behind, any_size, at_edges];
 
 /// Lights of every kind in turn, placed in the view of `camera`.
 fn lights(camera: &Camera, size: (u32, u32), count: usize, seed: u64) -> Result<Vec<Light>> {
@@ -89,7 +89,7 @@ fn lights(camera: &Camera, size: (u32, u32), count: usize, seed: u64) -> Result<
 }
 
 /// P7: one camera of each lens in the same place.
-fn cameras(scene: &Scene) -> Vec<(&'static str, Camera)> {
+pub(super) fn cameras(scene: &Scene) -> Vec<(&'static str, Camera)> {
     let camera = scene.cameras.first().cloned().unwrap_or_else(|| Camera::framing(scene, 1.5));
     let with = |projection| Camera { projection, ..camera.clone() };
     vec![
@@ -103,7 +103,7 @@ fn cameras(scene: &Scene) -> Vec<(&'static str, Camera)> {
 fn projection_of(renderer: &Renderer, count: usize, seed: u64) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let mut scene = builtin::load("atrium")?;
-    let base = Request { width: 72, height: 48, technique: Technique::TiledForward, ..Request::default() };
+    let base = Request { width: 72, height: 48, technique: Technique::TiledForward, ..crate::checks::forward() };
     for (lens, camera) in cameras(&scene) {
         scene.lights = lights(&camera, (base.width, base.height), count, seed)?;
         scene.cameras = vec![camera];

@@ -20,7 +20,7 @@ const SPHERE: [u32; 2] = [48, 24];
 /// 64 x 48 pixels; no light has a range or a window.
 pub fn request(shading: Shading) -> Request {
     let rules = LightRules { range: RangeRule::Infinite, ..LightRules::default() };
-    Request { width: 64, height: 48, shading, rules, ..Request::default() }
+    Request { width: 64, height: 48, shading, rules, ..crate::checks::forward() }
 }
 
 /// The plan of `request` on the renderer's device.

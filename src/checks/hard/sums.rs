@@ -82,7 +82,7 @@ pub fn long_loops(renderer: &Renderer) -> Result<Vec<Row>> {
         let mut scene = builtin::load("cornell")?;
         scene.lights = scatter::point_lights(&scene.bounds(), count as usize, 1);
         let rules = LightRules { range, ..LightRules::default() };
-        let request = Request { width: 16, height: 9, rules, shading: Shading::Lambert, ..Request::default() };
+        let request = Request { width: 16, height: 9, rules, shading: Shading::Lambert, ..crate::checks::forward() };
         let error = shading_error(renderer, &scene, &request)?;
         rows.push(Row::at_most(format!("loop over {count} lights"), error, SHADING_BOUND + f64::from(count) * UNIT));
     }

@@ -13,7 +13,7 @@ use crate::renderer::Renderer;
 use crate::scene::{Camera, Instance, Light, Projection, Scene, builtin, scatter};
 
 fn tiled() -> Request {
-    Request { width: 96, height: 64, technique: Technique::TiledForward, ..Request::default() }
+    Request { width: 96, height: 64, technique: Technique::TiledForward, ..crate::checks::forward() }
 }
 
 fn lamp(position: [f64; 3], range: f32) -> Light {

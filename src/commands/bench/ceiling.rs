@@ -13,13 +13,15 @@ use crate::measure::html::{Section, Table};
 use crate::measure::plot::{Axis, Bars, Figure, Scale};
 use crate::measure::times::Spread;
 use crate::passes::ceiling;
-use crate::plan::{FetchChoice, Request, Technique};
+use crate::plan::{FetchChoice, Plan, Request, Technique};
+use crate::renderer::Renderer;
+use crate::scene::lighting::{LightRules, RangeRule};
 use crate::scene::{Bounds, Camera, Scene, scatter};
 
 const COUNTS: &[u32] = &[16, 64];
 
-/// More lights say nothing new of a loop over all.
-const MOST_LIGHTS: u32 = 65_536;
+/// More lights say nothing new of a loop over all, and no known driver leaves a loop earlier.
+const MOST_LIGHTS: u32 = 65_535;
 
 const FETCHES: [(&str, FetchChoice); 3] =
     [("storage", FetchChoice::Storage), ("uniform", FetchChoice::Uniform), ("texel", FetchChoice::Texel)];
@@ -71,6 +73,26 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
         rows: sweep.cells().filter_map(row).collect(),
         refusal: sweep.refusal(),
     })
+}
+
+/// Nanoseconds a light and pixel by texel, uniform and storage buffer, of a small loop.
+///
+/// # Errors
+/// A lost device, or lights that a fetch cannot hold.
+pub(super) fn fetch_costs(renderer: &Renderer, base: &Request, frames: usize) -> Result<[f64; 3]> {
+    let lights = COUNTS[0];
+    let pairs = f64::from(base.width) * f64::from(base.height) * f64::from(lights);
+    let rules = LightRules { range: RangeRule::Infinite, ..LightRules::default() };
+    let mut costs = [0.0; 3];
+    for (cost, fetch) in costs.iter_mut().zip([FetchChoice::Texel, FetchChoice::Uniform, FetchChoice::Storage]) {
+        let request = Request { technique: Technique::Forward, fetch, rules: rules.clone(), ..base.clone() };
+        let scene = wall(lights);
+        let plan = Plan::new(&scene, &request, &renderer.limits())?;
+        let mut prepared = renderer.prepare_frame(&scene, &plan, ceiling::frame(&plan))?;
+        prepared.draw(1)?;
+        *cost = prepared.draw(frames)?.frame().median * 1e6 / pairs;
+    }
+    Ok(costs)
 }
 
 fn section(runner: &Runner, sweep: &Sweep, size: (u32, u32), notes: &mut Vec<String>) -> Section {

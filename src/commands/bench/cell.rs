@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::run::{Runner, SLOW_MS};
+use crate::commands::measured;
 use crate::measure::times::{FrameTimes, Spread};
 use crate::plan::Plan;
 
@@ -33,6 +34,8 @@ pub(super) struct Cell {
     pub(super) technique: Option<&'static str>,
     /// Of light lists, at most.
     pub(super) list_bytes: u64,
+    /// That making it ready took of the device's memory.
+    pub(super) device_bytes: u64,
     pub(super) plan_ms: f64,
     /// Pipelines and uploads.
     pub(super) prepare_ms: f64,
@@ -48,6 +51,7 @@ impl Cell {
             verdict: Verdict::Measured(FrameTimes::default()),
             technique: None,
             list_bytes: 0,
+            device_bytes: 0,
             plan_ms: 0.0,
             prepare_ms: 0.0,
             first_ms: 0.0,
@@ -100,14 +104,7 @@ impl Cell {
             Verdict::Measured(_) => "-".into(),
             Verdict::TooSlow(_) => format!("> {} s", SLOW_MS / 1e3),
             Verdict::Predicted(_) => format!("> {} s (predicted)", SLOW_MS / 1e3),
-            Verdict::Refused(sentence) => {
-                let known = notes.iter().position(|note| note == sentence);
-                let index = known.unwrap_or_else(|| {
-                    notes.push(sentence.clone());
-                    notes.len() - 1
-                });
-                format!("refused [{}]", index + 1)
-            }
+            Verdict::Refused(sentence) => measured::refused(sentence, notes),
         }
     }
 
@@ -147,6 +144,7 @@ impl Cell {
             "prepare_ms": self.prepare_ms,
             "first_frame_ms": self.first_ms,
             "list_bytes": self.list_bytes,
+            "device_bytes": self.device_bytes,
         })
     }
 }
@@ -154,7 +152,7 @@ impl Cell {
 /// Which of [`STAGES`] a pass belongs to. What is not named here shades.
 fn stage_of(pass: &str) -> usize {
     const GEOMETRY: [&str; 2] = ["depth_prepass", "gbuffer"];
-    const LISTS: [&str; 6] = ["tile_", "bin_", "cluster_", "light_", "list_", "fill_"];
+    const LISTS: [&str; 8] = ["tile_", "bin_", "block_", "entry_", "cluster_", "light_", "list_", "fill_"];
     match pass {
         pass if GEOMETRY.iter().any(|prefix| pass.starts_with(prefix)) => 0,
         "depth_reduce" => 1,
@@ -209,7 +207,7 @@ mod tests {
     fn every_pass_has_a_stage() {
         let of = |name| STAGES[stage_of(name)];
         assert_eq!(["gbuffer", "depth_prepass"].map(of), ["geometry"; 2]);
-        assert_eq!(["tile_bin_count", "bin_scan_sum_0", "cluster_cells", "light_nodes_1"].map(of), ["light lists"; 4]);
+        assert_eq!(["tile_fill", "block_scan_sum_0", "cluster_cells", "light_nodes_1"].map(of), ["light lists"; 4]);
         assert_eq!(["tiled_forward", "clustered_forward", "deferred_base", "light_volumes"].map(of), ["shading"; 4]);
         assert_eq!(of("depth_reduce"), "depth reduction");
     }

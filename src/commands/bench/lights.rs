@@ -1,8 +1,9 @@
 //! `lights`: every technique over the number of lights, whose range stays.
 
+use super::cell::{Cell, digits};
 use super::output::{About, Outcome};
 use super::run::{Runner, contenders};
-use super::sweep::{Shown, Sweep, log_axis};
+use super::sweep::{Place, Shown, Sweep, log_axis};
 use crate::error::Result;
 use crate::measure::plot::{self, Scale};
 
@@ -30,5 +31,28 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
         scenes: vec![loaded.facts],
     };
     let figure = sweep.plot(runner, &about.title, log_axis("lights"), (Shown::Milliseconds, Scale::Log));
-    Ok(Outcome::of_sweep(runner, &sweep, about, vec![figure]))
+    let mut outcome = Outcome::of_sweep(runner, &sweep, about, vec![figure]);
+    let how = std::mem::replace(&mut outcome.section.paragraphs, gains(runner, &sweep));
+    outcome.section.paragraphs.extend(how);
+    Ok(outcome)
+}
+
+/// Of each device, how many times longer a full-screen loop over all lights takes than tiles do, as far as both were measured.
+fn gains(runner: &Runner, sweep: &Sweep) -> Vec<String> {
+    let median = |place: &Place, device: usize, case: &str| {
+        let cell = place.cells.iter().find(|cell| cell.device == device && cell.case == case);
+        cell.and_then(Cell::spread).map(|spread| spread.median)
+    };
+    let ratio = |place: &Place, device: usize| {
+        let (all, tiles) = (median(place, device, "deferred, fullscreen")?, median(place, device, "tiled-deferred")?);
+        Some(format!("{} at {}", digits(all / tiles), place.name))
+    };
+    let line = |device: usize| {
+        let ratios: Vec<String> = sweep.places.iter().filter_map(|place| ratio(place, device)).collect();
+        let name = &runner.renderers[device].device().facts.name;
+        let said =
+            format!("Frame of deferred, fullscreen over that of tiled-deferred ({name}): {}.", ratios.join(", "));
+        (!ratios.is_empty()).then_some(said)
+    };
+    (0..runner.renderers.len()).filter_map(line).collect()
 }

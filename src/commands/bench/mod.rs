@@ -8,6 +8,7 @@ mod million;
 mod output;
 mod path;
 mod prepass;
+mod profile;
 mod resolution;
 mod run;
 mod sweep;
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
-use super::report;
+use super::{measured, report};
 use crate::cli::{Bench, BenchName};
 use crate::error::{Error, Result};
 use crate::measure::file;
@@ -54,6 +55,9 @@ const EXPERIMENTS: [Experiment; 8] = [
 /// # Errors
 /// No device or a lost one, files that cannot be read or written, or nothing that could be drawn.
 pub fn run(args: &Bench) -> Result<ExitCode> {
+    if args.name == BenchName::Profile {
+        return profile::run(args);
+    }
     let all = args.name == BenchName::All;
     if args.path.is_some() && !all && args.name != BenchName::Path {
         return Err(Error::usage("--path is the camera path of `path`; this experiment has none"));
@@ -64,7 +68,7 @@ pub fn run(args: &Bench) -> Result<ExitCode> {
     }
     let mut runner = Runner::new(args, path)?;
     for folder in [&args.plot, &args.report].into_iter().flatten() {
-        output::make_folder(folder)?;
+        measured::make_folder(folder)?;
     }
     let quiet = report::json_on_stdout(args.json.as_deref());
     if !quiet {
@@ -106,7 +110,7 @@ fn write(runner: &Runner, outcomes: &[Outcome]) -> Result<()> {
             json!({
                 "schema": report::SCHEMA,
                 "version": env!("CARGO_PKG_VERSION"),
-                "arguments": output::typed_arguments(),
+                "arguments": measured::typed_arguments(),
                 "experiments": values,
             })
         }
@@ -124,7 +128,8 @@ mod tests {
     #[test]
     fn all_is_every_experiment_and_their_shares_make_a_whole() {
         let names: Vec<BenchName> = EXPERIMENTS.iter().map(|experiment| experiment.name).collect();
-        let expected: Vec<_> = BenchName::value_variants().iter().filter(|name| **name != BenchName::All).collect();
+        let apart = [BenchName::All, BenchName::Profile];
+        let expected: Vec<_> = BenchName::value_variants().iter().filter(|name| !apart.contains(name)).collect();
         assert_eq!(names.iter().collect::<Vec<_>>(), expected);
         assert!((EXPERIMENTS.iter().map(|experiment| experiment.share).sum::<f64>() - 1.0).abs() < 1e-9);
     }

@@ -5,15 +5,13 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::run::Runner;
-use super::sweep::{Shown, Sweep, numbered};
+use super::sweep::{Shown, Sweep};
+use crate::commands::measured::{self, numbered};
 use crate::commands::{report, setup};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::measure::file;
 use crate::measure::html::{self, Section, Table};
 use crate::measure::plot::Figure;
-
-/// Size of figures in files, pixels.
-const FIGURE: (u32, u32) = (900, 540);
 
 /// What an experiment gives.
 pub(super) struct Outcome {
@@ -69,9 +67,7 @@ impl Outcome {
 
     /// For a terminal.
     pub(super) fn text(&self) -> String {
-        let tables = self.section.tables.iter().map(|table| table.text() + "\n");
-        let remarks = self.section.paragraphs.iter().cloned().chain(numbered(&self.notes)).map(|line| line + "\n");
-        format!("\n{}\n\n{}{}", self.section.title, tables.collect::<String>(), remarks.collect::<String>())
+        measured::text(&self.section, &self.notes)
     }
 
     /// Machine form.
@@ -80,11 +76,11 @@ impl Outcome {
         json!({
             "schema": report::SCHEMA,
             "version": env!("CARGO_PKG_VERSION"),
-            "arguments": typed_arguments(),
+            "arguments": measured::typed_arguments(),
             "experiment": self.name,
             "device": devices.first(),
             "devices": devices,
-            "host_cores": host_cores(),
+            "host_cores": measured::host_cores(),
             "scenes": self.scenes,
             "light_seed": runner.args.light_seed,
             "width": self.size.0,
@@ -94,18 +90,12 @@ impl Outcome {
         })
     }
 
-    /// Writes the figures into a folder: `NAME.svg` and `NAME.png`, a second figure as `NAME-2`.
+    /// Writes the figures into a folder.
     ///
     /// # Errors
-    /// See [`file::write`].
+    /// See [`measured::write_figures`].
     pub(super) fn write_figures(&self, folder: &Path, origin: &[(String, String)]) -> Result<()> {
-        let notes: Vec<_> = origin.iter().map(|(key, value)| (format!("lampyris {key}"), value.clone())).collect();
-        for (index, figure) in self.section.figures.iter().enumerate() {
-            let name = if index == 0 { self.name.to_string() } else { format!("{}-{}", self.name, index + 1) };
-            file::write(&folder.join(format!("{name}.svg")), figure.svg(FIGURE)?.as_bytes())?;
-            file::write(&folder.join(format!("{name}.png")), &figure.png(FIGURE, &notes)?)?;
-        }
-        Ok(())
+        measured::write_figures(folder, self.name, &self.section.figures, origin)
     }
 
     /// Its part of the page.
@@ -115,14 +105,6 @@ impl Outcome {
         section.tables.extend(self.details.iter().cloned());
         section
     }
-}
-
-/// Makes a folder for results, before the work that fills it.
-///
-/// # Errors
-/// No permission, or a file in its place.
-pub(super) fn make_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::new(format!("{} could not be made: {e}", folder.display())))
 }
 
 /// Writes the page of all experiments.
@@ -147,9 +129,9 @@ pub(super) fn write_page(folder: &Path, outcomes: &[Outcome], origin: &[(String,
 pub(super) fn origin(runner: &Runner) -> Vec<(String, String)> {
     let mut origin = vec![
         ("version".to_string(), env!("CARGO_PKG_VERSION").to_string()),
-        ("arguments".into(), typed_arguments().join(" ")),
+        ("arguments".into(), measured::typed_arguments().join(" ")),
         ("light seed".into(), runner.args.light_seed.to_string()),
-        ("host cores".into(), host_cores().to_string()),
+        ("host cores".into(), measured::host_cores().to_string()),
     ];
     let device = |index: usize| match runner.renderers.len() {
         1 => "device".to_string(),
@@ -158,13 +140,4 @@ pub(super) fn origin(runner: &Runner) -> Vec<(String, String)> {
     let lines = runner.renderers.iter().map(|renderer| renderer.device().facts.line());
     origin.extend(lines.enumerate().map(|(index, line)| (device(index), line)));
     origin
-}
-
-/// The command line, without the program's name.
-pub(super) fn typed_arguments() -> Vec<String> {
-    std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect()
-}
-
-fn host_cores() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

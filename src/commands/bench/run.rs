@@ -1,23 +1,22 @@
 //! Measuring: cases of one group are prepared together and drawn in turns, so that drift of the machine touches all alike.
 
 use std::collections::HashMap;
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::Value;
 
 use super::cell::{Cell, Verdict};
 use super::keys::CameraPath;
 use crate::cli::Bench;
-use crate::commands::{plan, setup};
+use crate::commands::{measured, plan, setup};
 use crate::error::{ErrorKind, Result};
 use crate::gpu::Options;
 use crate::passes::{self, Frame};
 use crate::plan::{DeferredLights, Plan, Request, Technique};
 use crate::renderer::{Prepared, Renderer};
 use crate::scene::Scene;
-use crate::scene::lighting::{LightRules, RangeRule};
+use crate::scene::lighting::LightRules;
 
 /// A frame that takes longer, in milliseconds, is not drawn again.
 pub(super) const SLOW_MS: f64 = 10_000.0;
@@ -45,6 +44,7 @@ pub(super) fn contenders() -> Vec<Case> {
         deferred(DeferredLights::FullscreenBranch),
         of(Technique::TiledDeferred),
         of(Technique::TiledForward),
+        of(Technique::ClusteredDeferred),
         of(Technique::ClusteredForward),
     ]
 }
@@ -145,8 +145,7 @@ impl<'a> Runner<'a> {
 
     /// The same cases with this picture size, lights of this range, and the shading that was asked for.
     pub(super) fn sized(&self, cases: Vec<Case>, (width, height): (u32, u32), range: f64) -> Vec<Case> {
-        let range = if range == f64::INFINITY { RangeRule::Infinite } else { RangeRule::Fixed(range) };
-        let rules = LightRules { range, ..LightRules::default() };
+        let rules = LightRules { range: setup::range(range), ..LightRules::default() };
         let shading = setup::shading(self.args.shading);
         let sized = |request: Request| Request { width, height, shading, rules: rules.clone(), ..request };
         cases.into_iter().map(|(name, request)| (name, sized(request))).collect()
@@ -183,7 +182,7 @@ impl<'a> Runner<'a> {
             runner: self,
             frame: passes::frame,
             rounds: self.rounds(),
-            bar: progress(cells as u64, what),
+            bar: measured::progress(cells as u64, what),
             end: self.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds)),
             cells_left: cells,
             seen: HashMap::new(),
@@ -191,15 +190,9 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// A progress bar on a terminal, nothing in a pipe.
-fn progress(total: u64, what: &'static str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
-        bar.set_style(style);
-    }
-    bar
+/// Bytes of the device's memory that are in use.
+fn device_bytes(renderer: &Renderer) -> u64 {
+    renderer.device().accounts.lock().map(|accounts| accounts.total).unwrap_or_default()
 }
 
 /// One experiment while it runs.
@@ -299,9 +292,10 @@ impl Session<'_> {
         let start = Instant::now();
         let plan = Plan::new(scene, request, &renderer.limits())?;
         cell.planned(&plan, start.elapsed());
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), device_bytes(renderer));
         let prepared = renderer.prepare_frame(scene, &plan, (self.frame)(&plan))?;
         cell.prepare_ms = start.elapsed().as_secs_f64() * 1e3;
+        cell.device_bytes = device_bytes(renderer).saturating_sub(before);
         Ok(prepared)
     }
 }

@@ -190,11 +190,6 @@ pub(super) fn joined(first: &Value, second: &Value) -> Value {
     Value::Object(fields)
 }
 
-/// Refusals as sentences, by the numbers that stand in tables.
-pub(super) fn numbered(notes: &[String]) -> Vec<String> {
-    notes.iter().enumerate().map(|(index, note)| format!("[{}] {note}", index + 1)).collect()
-}
-
 fn caption(shown: Shown) -> String {
     format!("{}, medians", shown.label())
 }
@@ -258,6 +253,5 @@ mod tests {
     fn fields_are_joined_in_order() {
         let both = joined(&json!({ "a": 1 }), &json!({ "b": [2] }));
         assert_eq!(both.to_string(), "{\"a\":1,\"b\":[2]}");
-        assert_eq!(numbered(&["x".into(), "y".into()]), ["[1] x", "[2] y"]);
     }
 }

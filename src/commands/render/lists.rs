@@ -63,8 +63,22 @@ pub(super) fn shown(view: DebugView, plan: &Plan) -> Option<View> {
             ..none
         },
         DebugView::TileLights => {
-            Numbers { layer: "list_length", text: "lights in the pixel's list", low: Some(0.0), ..none }
+            Numbers { layer: "list_length", text: "lights in the list of the pixel's tile", low: Some(0.0), ..none }
         }
+        DebugView::Clusters => return Some(View::Identities("cluster", "clusters")),
+        DebugView::ClusterLights => Numbers {
+            layer: "cluster_lights",
+            text: "lights in the list of the pixel's cluster",
+            low: Some(0.0),
+            ..none
+        },
+        DebugView::Slices => Numbers {
+            layer: "slice",
+            text: "slice that the pixel's sample lies in, 0 nearest",
+            low: Some(0.0),
+            high: plan.clusters.as_ref().map(|clusters| f64::from(clusters.grid.slices - 1)),
+            ..none
+        },
         DebugView::Lights => Numbers { layer: "lights", text: "lights that reach the pixel", low: Some(0.0), ..none },
         DebugView::Waste => Numbers {
             layer: "waste",

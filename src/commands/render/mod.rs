@@ -1,5 +1,6 @@
 //! `render`: plan, draw or trace, measure, write.
 
+mod gbuffer;
 mod lists;
 mod outcome;
 mod said;
@@ -193,7 +194,7 @@ fn show(view: DebugView, args: &Render, plan: &Plan, picture: &Picture, ev: f64)
         DebugView::Normals => Some(views::View::Direction("normal_occlusion")),
         DebugView::Depth => Some(views::View::Distance("position_roughness")),
         DebugView::DepthRaw => Some(views::View::Raw("depth")),
-        _ => lists::shown(view, plan),
+        _ => lists::shown(view, plan).or_else(|| gbuffer::shown(view, plan)),
     };
     let of_layer = of_layer.ok_or_else(|| Error::new(format!("--debug-view {} has no layer", view.name())))?;
     views::draw(picture, of_layer)

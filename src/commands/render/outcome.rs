@@ -1,14 +1,12 @@
 //! What drawing or tracing gives: the picture, its times, the memory it took.
 
-use std::io::IsTerminal;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::lists;
+use super::{gbuffer, lists};
 use crate::cli::Render;
-use crate::commands::report;
+use crate::commands::{measured, report};
 use crate::error::Result;
 use crate::lists::Counters;
 use crate::measure::memory::ProcessMemory;
@@ -79,8 +77,9 @@ pub(super) fn draw(
     }
     let found = lists::look(renderer, scene, plan, args.counters, &mut outcome.picture)?;
     outcome.counters = found.counters;
+    let of_gbuffer = gbuffer::look(renderer, scene, plan, &mut outcome.picture)?;
     if args.validate {
-        violations.extend(found.violations.iter().map(|v| format!("checker: {v}")));
+        violations.extend(found.violations.iter().chain(&of_gbuffer).map(|v| format!("checker: {v}")));
     }
     if args.layers && !plan.shows_surfaces() {
         let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
@@ -99,22 +98,11 @@ pub(super) fn draw(
     Ok(outcome)
 }
 
-/// A progress bar on a terminal, nothing in a pipe.
-fn progress(total: u64, what: &'static str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
-        bar.set_style(style);
-    }
-    bar
-}
-
 /// Traces on the CPU.
 pub(super) fn trace(scene: &Scene, plan: &Plan, (started, mut process): Watch) -> Result<Outcome> {
     let reference = Reference::new(scene, &plan.view)?;
     let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
-    let bar = progress(u64::from(plan.view.height), "tracing rows");
+    let bar = measured::progress(u64::from(plan.view.height), "tracing rows");
     let start = Instant::now();
     let traced = reference.render(&shader, &|rows| bar.set_position(rows));
     let wall = start.elapsed().as_secs_f64() * 1e3;

@@ -150,3 +150,16 @@ fn without_a_pre_pass_every_slice_of_every_tile_is_a_cluster() {
     assert!(keyed.keyed && keyed.merged && keyed.grid.tile_parts == 4 && keyed.bounds == ClusterBounds::Explicit);
     assert!(keyed.bytes() > 0 && u64::from(keyed.grid.capacity) <= 320 * 180);
 }
+
+#[test]
+fn slices_an_octave_are_those_asked_for() {
+    let scene = atrium(8);
+    for (asked, shift) in [(1, 23), (4, 21), (16, 19)] {
+        let request = Request { slices_per_octave: Some(asked), ..request(160, 90) };
+        assert_eq!(planned(&scene, &request, &Limits::UNLIMITED).0.grid.slice_shift, shift);
+    }
+    let flat = with_lens(scene, Projection::Orthographic { xmag: 8.0, ymag: 5.0, znear: 0.0, zfar: 50.0 });
+    let asked = Request { slices_per_octave: Some(4), ..request(160, 90) };
+    let refused = Plan::new(&flat, &asked, &Limits::UNLIMITED).expect_err("slices of one depth").to_string();
+    assert!(refused.contains("--slices-per-octave"), "{refused}");
+}

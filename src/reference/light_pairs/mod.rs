@@ -31,7 +31,7 @@ pub struct Lists<'a> {
 }
 
 impl<'a> Lists<'a> {
-    fn of(&self, cell: u32) -> &'a [u32] {
+    pub(super) fn of(&self, cell: u32) -> &'a [u32] {
         let offset = |index: usize| self.offsets.get(index).map(|offset| *offset as usize);
         match (offset(cell as usize), offset((cell as usize).saturating_add(1))) {
             (Some(from), Some(to)) => self.lights.get(from..to).unwrap_or(&[]),

@@ -1,0 +1,165 @@
+//! C10: light lists are the same bytes whenever and wherever they are made. Made twenty times on one driver; and on any driver, at any
+//! subgroup size, from tile bounds that are made up of integers and uploaded in the place of depth reduction's.
+//!
+//! What goes into culling is planned on the CPU for the least sub-pixel precision, so that it does not depend on the device. A row's
+//! digest is that of its lists; tests/lists.txt has those that every driver must give.
+
+use super::Row;
+use crate::error::{Error, Result};
+use crate::lists::{self, Made};
+use crate::math::random::Random;
+use crate::passes;
+use crate::plan::{AssignChoice, CullTest, DepthBounds, Limits, Plan, Request, Technique, Tiles};
+use crate::reference::depth_reduce::TileBounds;
+use crate::reference::tile_cull::{self, Lists};
+use crate::renderer::Renderer;
+use crate::scene::lighting::{LightRules, RangeRule};
+use crate::scene::{Scene, builtin, scatter};
+
+/// Runs that must agree.
+const RUNS: usize = 20;
+
+/// Metres.
+const RANGE: f64 = 1.5;
+
+/// 64-bit FNV-1a over the words of offsets and ids, from the lowest byte on.
+fn digest(lists: [&[u32]; 2]) -> u64 {
+    let bytes = lists.into_iter().flatten().flat_map(|word| word.to_le_bytes());
+    bytes.fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3))
+}
+
+fn court() -> Result<Scene> {
+    let mut scene = builtin::load("atrium")?;
+    scene.lights = scatter::point_lights(&scene.bounds(), 1500, 3);
+    Ok(scene)
+}
+
+fn request(technique: Technique) -> Request {
+    let rules = LightRules { range: RangeRule::Fixed(RANGE), ..LightRules::default() };
+    Request { width: 150, height: 85, technique, rules, ..crate::checks::forward() }
+}
+
+/// Lists of tiles and of clusters, twenty times each.
+pub fn twenty_runs(renderer: &Renderer) -> Result<Vec<Row>> {
+    let scene = court()?;
+    let mut rows = Vec::new();
+    let clusters = |tile| Request { tile, ..request(Technique::ClusteredForward) };
+    let by_tree = Request { assign: AssignChoice::Tree, ..clusters(16) };
+    // Blocks of a tile of 32 pixels are sorted and merged.
+    for (name, request) in [
+        ("tiles", request(Technique::TiledForward)),
+        ("clusters", clusters(16)),
+        ("merged clusters", clusters(32)),
+        ("clusters by tree", by_tree),
+    ] {
+        let plan = Plan::new(&scene, &request, &renderer.limits())?;
+        let frame = passes::cluster_frame(&plan).unwrap_or_else(|| passes::list_frame(&plan));
+        let mut prepared = renderer.prepare_frame(&scene, &plan, frame)?;
+        let mut found: Vec<Made> = Vec::new();
+        for _ in 0..RUNS {
+            prepared.draw(1)?;
+            found.push(lists::read(&plan, &prepared.read_back()?));
+        }
+        let same = |a: &Made, b: &Made| a.cells == b.cells && a.candidates == b.candidates && a.bounds == b.bounds;
+        let different = found.iter().filter(|made| !same(made, &found[0])).count() + prepared.check().len();
+        let pairs = found[0].cells.light_pairs();
+        let mut row =
+            Row::none(format!("C10 lists of {name}, {RUNS} runs"), different, "runs that differ, or violations");
+        row.passed &= pairs > 0;
+        row.detail += &format!(", {pairs} pairs");
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// Bounds of a tile from integers: none, flat, or up to 12 m deep, in steps that f32 holds; any mask.
+fn made_up(tile: u64) -> TileBounds {
+    let mut random = Random::new(tile);
+    let [shape, near, depth, mask] = [(); 4].map(|()| random.next_u64());
+    if shape.is_multiple_of(8) {
+        return TileBounds::SKY;
+    }
+    let near = 0.5 + (near % 64) as f32 * 0.25;
+    let far = near + (depth % 49) as f32 * 0.25;
+    TileBounds { near, far, mask }
+}
+
+/// Each test with each knowledge of depth, and tiles of other sizes.
+fn variants() -> Vec<(String, Request)> {
+    let base = request(Technique::TiledForward);
+    let mut variants = Vec::new();
+    for cull in [CullTest::Bounds, CullTest::Frustum, CullTest::FrustumAabb] {
+        for bounds in [DepthBounds::MinMax, DepthBounds::Mask] {
+            let request = Request { cull, depth_bounds: Some(bounds), ..base.clone() };
+            variants.push((format!("{} {}", cull.name(), bounds.name()), request));
+        }
+    }
+    for tile in [8, 32, 64] {
+        variants.push((format!("tile {tile}"), Request { tile, ..base.clone() }));
+    }
+    variants
+}
+
+/// What the twin makes of the same bounds.
+fn twin(tiles: &Tiles, bounds: &[TileBounds]) -> Lists {
+    tile_cull::run(&tile_cull::Inputs {
+        grid: &tiles.grid,
+        lights: &tiles.lights,
+        edges: &tiles.edges,
+        cull: passes::tile_cull::cull_constant(tiles.cull),
+        depth_bounds: passes::depth_reduce::bounds_constant(tiles.bounds),
+        slots: tiles.slots,
+        bounds,
+    })
+}
+
+/// Lists from bounds that are given: the twin's, and their digest.
+pub fn given_bounds(renderer: &Renderer) -> Result<Vec<Row>> {
+    let scene = court()?;
+    let limits = Limits { sub_pixel_bits: Limits::MINIMUM.sub_pixel_bits, ..renderer.limits() };
+    let mut rows = Vec::new();
+    for (name, request) in variants() {
+        let plan = Plan::new(&scene, &request, &limits)?;
+        let tiles = plan.tiles.as_ref().ok_or_else(|| Error::new("this technique has no tiles"))?;
+        let bounds: Vec<TileBounds> = (0..u64::from(tiles.count_tiles())).map(made_up).collect();
+        let texels: Vec<[u32; 4]> = bounds.iter().map(TileBounds::words).collect();
+        let frame = passes::given_bounds_frame(&plan, &texels).ok_or_else(|| Error::new("the plan has no tiles"))?;
+        let mut prepared = renderer.prepare_frame(&scene, &plan, frame)?;
+        prepared.draw(1)?;
+        let (picture, violations) = prepared.finish()?;
+        let (cells, twin) = (lists::read(&plan, &picture).cells, twin(tiles, &bounds));
+        let differ = cells.offsets != twin.offsets || cells.lights != twin.lights;
+        let wrong = usize::from(differ) + violations.len();
+        let mut row = Row::none(format!("C10 lists of given bounds, {name}"), wrong, "buffers that differ");
+        row.passed &= !cells.lights.is_empty();
+        let digest = digest([&cells.offsets, &cells.lights]);
+        row.detail += &format!(", {} pairs, digest {digest:016x}", cells.lights.len());
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bit_changes_the_digest() {
+        // Published for no byte and for "foob".
+        assert_eq!(digest([&[], &[]]), 0xCBF2_9CE4_8422_2325);
+        assert_eq!(digest([&[], &[u32::from_le_bytes(*b"foob")]]), 0xDD12_0E79_0C25_12AF);
+        let lists = [&[0, 2, 3][..], &[7, 9, 1]];
+        assert_ne!(digest(lists), digest([&[0, 2, 3], &[7, 9, 0]]));
+        assert_ne!(digest(lists), digest([&[0, 1, 3], &[7, 9, 1]]));
+    }
+
+    #[test]
+    fn made_up_bounds_have_skies_flat_and_deep_tiles() {
+        let bounds: Vec<TileBounds> = (0..400).map(made_up).collect();
+        let count = |test: fn(&TileBounds) -> bool| bounds.iter().filter(|b| test(b)).count();
+        assert!(count(|b| *b == TileBounds::SKY) > 20);
+        assert!(count(|b| b.near == b.far) > 2);
+        assert!(count(|b| b.near < b.far) > 200);
+        assert_eq!(made_up(5), made_up(5));
+    }
+}

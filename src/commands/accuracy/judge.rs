@@ -1,0 +1,126 @@
+//! What settings are judged by: the scene traced in f64, and the device's own picture of `forward`.
+
+use crate::checks;
+use crate::commands::measured;
+use crate::error::{Error, Result};
+use crate::measure::metrics::{self, Difference};
+use crate::measure::picture::Picture;
+use crate::plan::{Limits, Plan, Request, Technique};
+use crate::reference::render::{self, Reference};
+use crate::reference::shade::Shader;
+use crate::renderer::Renderer;
+use crate::scene::Scene;
+use crate::scene::lighting::{LightRules, RangeRule};
+
+/// Pictures of one scene, and the pixels in which they are compared.
+pub(super) struct Judge {
+    /// Pixels whose 3x3 neighbourhood is one surface.
+    interior: Vec<bool>,
+    /// Under the lights that the command line gives.
+    own: Vec<[f64; 4]>,
+    /// Under the same without range and window; `None` where nothing asks for it or it is `own`.
+    unbounded: Option<Vec<[f64; 4]>>,
+    /// Of the device; `None` where it cannot draw it.
+    forward: Option<Vec<[f64; 4]>>,
+    /// Why not.
+    pub(super) note: Option<String>,
+}
+
+impl Judge {
+    /// Draws `forward` and traces each lighting once; with `unbounded` the one without ranges too.
+    ///
+    /// # Errors
+    /// A scene or a request that cannot be traced, or a lost device.
+    pub(super) fn new(renderer: &Renderer, scene: &Scene, request: &Request, unbounded: bool) -> Result<Self> {
+        let request = Request { technique: Technique::Forward, ..request.clone() };
+        let (forward, note) = match Plan::new(scene, &request, &renderer.limits()) {
+            Ok(plan) => (Some(metrics::widen(&draw(renderer, scene, &plan)?)), None),
+            Err(error) => (None, Some(format!("forward, which the others are compared with: {error}"))),
+        };
+        let traced = trace(scene, &request)?;
+        let rules = LightRules { range: RangeRule::Infinite, ..request.rules.clone() };
+        let lifted = (unbounded && request.rules != rules).then_some(Request { rules, ..request });
+        let unbounded = lifted.map(|request| trace(scene, &request)).transpose()?;
+        Ok(Self {
+            interior: checks::interior(&traced),
+            own: traced.rgba,
+            unbounded: unbounded.map(|traced| traced.rgba),
+            forward,
+            note,
+        })
+    }
+
+    /// Of a picture from the reference, over the interior.
+    pub(super) fn error(&self, radiance: &[[f32; 4]], unbounded: bool) -> Difference {
+        let reference = self.unbounded.as_ref().filter(|_| unbounded).unwrap_or(&self.own);
+        metrics::compare_masked(reference, &metrics::widen(radiance), &self.interior)
+    }
+
+    /// Of a picture from `forward`, over every pixel.
+    pub(super) fn beside_forward(&self, radiance: &[[f32; 4]]) -> Option<Difference> {
+        Some(metrics::compare(self.forward.as_ref()?, &metrics::widen(radiance)))
+    }
+
+    /// Share of the pixels that the error is over.
+    pub(super) fn interior_share(&self) -> f64 {
+        let inside = self.interior.iter().filter(|inside| **inside).count();
+        inside as f64 / self.interior.len().max(1) as f64
+    }
+}
+
+/// Radiance of a read-back picture.
+pub(super) fn radiance(picture: &Picture) -> Result<&[[f32; 4]]> {
+    picture.rgba("radiance").ok_or_else(|| Error::new("the frame has no radiance"))
+}
+
+fn draw(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Vec<[f32; 4]>> {
+    let mut prepared = renderer.prepare(scene, plan)?;
+    prepared.draw(1)?;
+    Ok(radiance(&prepared.read_back()?)?.to_vec())
+}
+
+fn trace(scene: &Scene, request: &Request) -> Result<render::Picture> {
+    let request = Request { technique: Technique::Reference, ..request.clone() };
+    let plan = Plan::new(scene, &request, &Limits::UNLIMITED)?;
+    let reference = Reference::new(scene, &plan.view)?;
+    let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
+    let bar = measured::progress(u64::from(plan.view.height), "tracing rows");
+    let picture = reference.render(&shader, &|rows| bar.set_position(rows));
+    bar.finish_and_clear();
+    Ok(picture)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judge() -> Judge {
+        let pixel = |x: f64| [x, x, x, 1.0];
+        Judge {
+            interior: vec![true, true, true, false],
+            own: vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(1.0)],
+            unbounded: Some(vec![pixel(2.0); 4]),
+            forward: Some(vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(8.0)]),
+            note: None,
+        }
+    }
+
+    #[test]
+    fn errors_are_over_the_interior_and_by_the_lighting_that_was_asked_for() {
+        let picture = [1.0, 2.0, 5.0, 9.0].map(|x: f32| [x, x, x, 1.0]);
+        let error = judge().error(&picture, false);
+        assert_eq!((error.pixels, error.max_relative), (3, 0.25));
+        assert_eq!(judge().error(&picture, true).max_relative, 1.5);
+        let only_own = Judge { unbounded: None, ..judge() };
+        assert_eq!(only_own.error(&picture, true).max_relative, 0.25);
+        assert_eq!(judge().interior_share(), 0.75);
+    }
+
+    #[test]
+    fn forward_is_compared_everywhere() {
+        let picture = [1.0, 2.0, 4.0, 9.0].map(|x: f32| [x, x, x, 1.0]);
+        let difference = judge().beside_forward(&picture).expect("forward was drawn");
+        assert_eq!((difference.differing_pixels, difference.pixels, difference.max_relative), (1, 4, 0.125));
+        assert!(Judge { forward: None, ..judge() }.beside_forward(&picture).is_none());
+    }
+}

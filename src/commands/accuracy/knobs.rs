@@ -1,0 +1,198 @@
+//! The knobs: their settings, what each is judged by, and the passes that it leaves alone.
+
+use crate::cli::{Accuracy, KnobName};
+use crate::commands::setup;
+use crate::plan::gbuffer::FAT_ATTACHMENTS;
+use crate::plan::{
+    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, Technique,
+};
+use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
+
+/// A setting and what is drawn with it.
+pub(super) type Setting = (String, Request);
+
+/// Settings that differ in one thing.
+pub(super) struct Knob {
+    /// As typed.
+    pub(super) name: &'static str,
+    /// What it decides.
+    pub(super) title: &'static str,
+    /// Beginnings of the names of passes that it does not touch.
+    pub(super) spared: &'static [&'static str],
+    /// Its settings change the lighting: they are judged by lights of infinite range.
+    pub(super) unbounded: bool,
+    pub(super) settings: Vec<Setting>,
+}
+
+/// Pixels along a tile's side.
+const TILES: [u32; 4] = [8, 16, 32, 64];
+
+/// Cut-offs by their typed names.
+const CUTOFFS: [(&str, f64); 4] = [("0.1", 0.1), ("5/256", DEFAULT_CUTOFF), ("0.005", 0.005), ("0.001", 0.001)];
+
+/// Slices an octave: more than 16 pass the 256 that a key holds where the eye's near plane is near.
+const SLICES: [u32; 5] = [1, 2, 4, 8, 16];
+
+/// The depth pre-pass and the lists of tiles.
+const BEFORE: &[&str] = &["depth_prepass", "depth_reduce", "tile_", "bin_"];
+
+/// What is drawn where no knob is turned. What has a G-buffer has the fat one where it fits: it rounds nothing, so that what a knob
+/// rounds is seen.
+pub(super) fn base(args: &Accuracy, limits: &Limits) -> Request {
+    let (width, height) = args.size.unwrap_or(if args.quick { (160, 90) } else { (320, 180) });
+    let range = args.light_range.map_or(LightRules::default().range, setup::range);
+    let rules = LightRules { range, ..LightRules::default() };
+    let shading = setup::shading(args.shading);
+    let fat = limits.max_color_attachments >= FAT_ATTACHMENTS;
+    let gbuffer = if fat { GbufferLayout::Fat } else { GbufferLayout::Compact };
+    Request { width, height, shading, rules, gbuffer, technique: Technique::TiledForward, ..Request::default() }
+}
+
+/// The knob of that name, turned on `base`.
+pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
+    let unbounded = name == KnobName::LightCutoff;
+    let spared: &[&str] = match name {
+        KnobName::Tile | KnobName::DepthBounds => &["depth_prepass"],
+        KnobName::Cull | KnobName::LightCutoff => &["depth_prepass", "depth_reduce"],
+        KnobName::Accumulation => &["depth_prepass", "gbuffer"],
+        KnobName::Gbuffer | KnobName::Slices => BEFORE,
+    };
+    let (name, title, settings) = match name {
+        KnobName::Tile => ("tile", "pixels along a tile's side, of tiled-forward", tiles(base)),
+        KnobName::Cull => ("cull", "which lights a tile takes, of tiled-forward", culls(base)),
+        KnobName::DepthBounds => {
+            ("depth-bounds", "what culling knows of a tile's depths, of tiled-forward", bounds(base))
+        }
+        KnobName::Gbuffer => ("gbuffer", "what the G-buffer stores, of tiled-deferred", gbuffers(base)),
+        KnobName::LightCutoff => {
+            ("light-cutoff", "cut-off from which ranges are solved, of tiled-forward", cutoffs(base))
+        }
+        KnobName::Accumulation => ("accumulation", "what light volumes add in, of deferred", accumulations(base)),
+        KnobName::Slices => ("slices", "depth of clusters, of clustered-forward", slices(base)),
+    };
+    Knob { name, title, spared, unbounded, settings }
+}
+
+impl Knob {
+    /// A pass whose time may differ from setting to setting.
+    pub(super) fn touches(&self, pass: &str) -> bool {
+        !self.spared.iter().any(|spared| pass.starts_with(spared))
+    }
+}
+
+fn tiles(base: &Request) -> Vec<Setting> {
+    TILES.map(|tile| (tile.to_string(), Request { tile, ..base.clone() })).to_vec()
+}
+
+fn culls(base: &Request) -> Vec<Setting> {
+    CullTest::ALL.map(|cull| (cull.name().to_string(), Request { cull, ..base.clone() })).to_vec()
+}
+
+fn bounds(base: &Request) -> Vec<Setting> {
+    let of = |bounds: DepthBounds| (bounds.name().to_string(), Request { depth_bounds: Some(bounds), ..base.clone() });
+    DepthBounds::ALL.map(of).to_vec()
+}
+
+fn gbuffers(base: &Request) -> Vec<Setting> {
+    let base = Request { technique: Technique::TiledDeferred, ..base.clone() };
+    let fat = ("fat".to_string(), Request { gbuffer: GbufferLayout::Fat, ..base.clone() });
+    let compact = |normal_bits: u32| {
+        let request = Request { gbuffer: GbufferLayout::Compact, normal_bits, ..base.clone() };
+        (format!("compact, normals in 2 x {normal_bits} bits"), request)
+    };
+    vec![fat, compact(16), compact(10), compact(8)]
+}
+
+fn cutoffs(base: &Request) -> Vec<Setting> {
+    let of = |(name, cutoff): (&str, f64)| {
+        let rules = LightRules { range: RangeRule::Cutoff(cutoff), ..base.rules.clone() };
+        (name.to_string(), Request { rules, ..base.clone() })
+    };
+    CUTOFFS.map(of).to_vec()
+}
+
+fn accumulations(base: &Request) -> Vec<Setting> {
+    let base = Request { technique: Technique::Deferred, deferred_lights: DeferredLights::Volumes, ..base.clone() };
+    let of = |accumulation: Accumulation| (accumulation.name().to_string(), Request { accumulation, ..base.clone() });
+    Accumulation::ALL.map(of).to_vec()
+}
+
+fn slices(base: &Request) -> Vec<Setting> {
+    let base = Request { technique: Technique::ClusteredForward, ..base.clone() };
+    let of = |slices: u32| (slices.to_string(), Request { slices_per_octave: Some(slices), ..base.clone() });
+    std::iter::once(("auto".to_string(), base.clone())).chain(SLICES.map(of)).collect()
+}
+
+/// A setting's name with what the plan made of it.
+pub(super) fn planned(setting: &str, clusters: &Clusters) -> String {
+    let grid = &clusters.grid;
+    let octave = f64::from(23 - grid.slice_shift as i32).exp2();
+    let slices = match octave.to_string() {
+        // A lens without perspective has slices of one depth.
+        _ if grid.slice_top == 0 => setting.to_string(),
+        octave if octave == setting => format!("{octave} an octave"),
+        octave => format!("{setting} ({octave} an octave)"),
+    };
+    format!("{slices}, {}-bit keys", clusters.key_bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::ValueEnum;
+
+    use super::*;
+    use crate::passes;
+    use crate::plan::Plan;
+    use crate::scene::builtin;
+
+    fn request() -> Request {
+        Request { width: 64, height: 36, technique: Technique::TiledForward, ..Request::default() }
+    }
+
+    #[test]
+    fn every_setting_is_planned_and_has_passes_that_its_knob_touches_and_others() {
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        let limits = Limits { max_color_attachments: 5, float_blend: true, ..Limits::MINIMUM };
+        for name in KnobName::value_variants() {
+            let knob = knob(*name, &request());
+            let typed = name.to_possible_value().expect("a value");
+            assert_eq!(knob.name, typed.get_name());
+            assert!(knob.settings.len() > 1, "{}", knob.name);
+            for (setting, request) in &knob.settings {
+                let plan = Plan::new(&scene, request, &limits).expect("a plan");
+                let graph = passes::frame(&plan).graph;
+                let passes: Vec<&str> = graph.nodes[..graph.frame_len()].iter().map(|node| &*node.name).collect();
+                let touched = passes.iter().filter(|pass| knob.touches(pass)).count();
+                assert!(touched > 0 && touched < passes.len(), "{} {setting}: {touched} of {passes:?}", knob.name);
+            }
+        }
+    }
+
+    #[test]
+    fn each_knob_has_the_default_among_its_settings() {
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        let limits = Limits { max_color_attachments: 5, float_blend: true, ..Limits::MINIMUM };
+        for name in KnobName::value_variants() {
+            let knob = knob(*name, &request());
+            let frame = |request: &Request| {
+                let plan = Plan::new(&scene, request, &limits).expect("a plan");
+                (format!("{:?}", plan.tiles), format!("{:?}", plan.lighting), format!("{:?}", plan.deferred))
+            };
+            let technique = knob.settings[0].1.technique;
+            let default = frame(&Request { technique, ..request() });
+            assert!(knob.settings.iter().any(|(_, request)| frame(request) == default), "{}", knob.name);
+        }
+    }
+
+    #[test]
+    fn slices_are_named_by_what_was_planned() {
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        let named = |setting: &str, slices: Option<u32>| {
+            let request = Request { technique: Technique::ClusteredForward, slices_per_octave: slices, ..request() };
+            let plan = Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan");
+            planned(setting, &plan.clusters.expect("clusters"))
+        };
+        assert!(named("2", Some(2)).starts_with("2 an octave, "));
+        assert!(named("auto", None).starts_with("auto (") && named("auto", None).ends_with("-bit keys"));
+    }
+}

@@ -1,0 +1,113 @@
+//! What a device takes for the steps that techniques are made of: the numbers by which `auto` chooses.
+
+use serde::{Deserialize, Serialize};
+
+/// Nanoseconds unless said. Measured by `bench profile` and cached by device and driver version; else what was measured on a driver of
+/// the kind, by the commands that docs/ACCURACY.md names.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Where the numbers come from.
+    pub source: String,
+    /// One light is read as texels and shaded at one pixel of a full-screen loop (`bench ceiling`).
+    pub texel_fetch: f64,
+    /// The same, read from a uniform buffer.
+    pub uniform_fetch: f64,
+    /// The same, read from a storage buffer.
+    pub storage_fetch: f64,
+    /// Forward: one light is looked at for one pixel.
+    pub test: f64,
+    /// A fragment pass shades one listed light at one pixel.
+    pub pair: f64,
+    /// The same from a G-buffer.
+    pub deferred_pair: f64,
+    /// A pixel's G-buffer is written and read, beyond shading the surface where it is drawn.
+    pub gbuffer: f64,
+    /// Depth bounds of a pixel.
+    pub bounds: f64,
+    /// One light is tested against one tile, counted and filled.
+    pub cull: f64,
+    /// A pixel's cluster is found.
+    pub cluster: f64,
+    /// A light's volume is set up.
+    pub volume: f64,
+    /// A pixel of a volume is tested, shaded where it is in front, and blended.
+    pub volume_pixel: f64,
+    /// Milliseconds: the steps of list making by themselves.
+    pub lists_ms: f64,
+    /// Milliseconds: the steps of cluster making by themselves.
+    pub clusters_ms: f64,
+}
+
+impl Profile {
+    /// Mesa's llvmpipe on two cores (`bench lights` on the atrium at 1280x720, 16 to 65,536 lights of 1 m).
+    pub fn lavapipe() -> Self {
+        Self {
+            source: "defaults for lavapipe".into(),
+            texel_fetch: 3.5,
+            uniform_fetch: 4.5,
+            storage_fetch: 29.0,
+            test: 1.5,
+            pair: 7.0,
+            deferred_pair: 3.7,
+            gbuffer: 8.0,
+            bounds: 6.0,
+            cull: 12.0,
+            cluster: 19.0,
+            volume: 19_000.0,
+            volume_pixel: 5.6,
+            lists_ms: 2.0,
+            clusters_ms: 4.0,
+        }
+    }
+
+    /// SwiftShader on two cores (the same at 640x360, 16 to 4,096 lights).
+    pub fn swiftshader() -> Self {
+        Self {
+            source: "defaults for SwiftShader".into(),
+            texel_fetch: 13.0,
+            uniform_fetch: 13.0,
+            storage_fetch: 13.0,
+            test: 30.0,
+            pair: 90.0,
+            deferred_pair: 28.0,
+            gbuffer: 40.0,
+            bounds: 16.0,
+            cull: 12.0,
+            cluster: 52.0,
+            volume: 30_000.0,
+            volume_pixel: 12.0,
+            lists_ms: 2.0,
+            clusters_ms: 6.0,
+        }
+    }
+}
+
+impl Profile {
+    /// Every number is finite and not negative.
+    pub fn is_sound(&self) -> bool {
+        let numbers = [
+            self.texel_fetch,
+            self.uniform_fetch,
+            self.storage_fetch,
+            self.test,
+            self.pair,
+            self.deferred_pair,
+            self.gbuffer,
+            self.bounds,
+            self.cull,
+            self.cluster,
+            self.volume,
+            self.volume_pixel,
+            self.lists_ms,
+            self.clusters_ms,
+        ];
+        numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
+    }
+}
+
+impl Default for Profile {
+    /// Where nothing was measured: a driver of any other kind is ranked as lavapipe is.
+    fn default() -> Self {
+        Self { source: "defaults, measured on lavapipe".into(), ..Self::lavapipe() }
+    }
+}

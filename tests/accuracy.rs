@@ -1,0 +1,114 @@
+//! `accuracy` as a user calls it: every knob drawn tiny, its rows, figures and page, and what the documents say of it.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use lampyris::cli::KnobName;
+use serde_json::Value;
+
+use crate::command_line::{drawn_folder, lampyris, refused};
+use crate::documents::{differences, document, first_column};
+
+fn knobs() -> Vec<String> {
+    let typed = KnobName::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+    typed.map(|value| value.get_name().to_string()).collect()
+}
+
+#[test]
+fn the_table_of_knobs_is_the_program() {
+    assert_eq!(first_column(&document("README.md"), "### What accuracy costs"), knobs());
+}
+
+#[test]
+fn wrong_options_are_one_sentence() {
+    refused(&["accuracy", "--knob", "volume"], 2, "volume");
+    refused(&["accuracy", "--rounds", "0"], 2, "--rounds");
+    refused(&["accuracy", "/nonexistent/scene.glb"], 1, "/nonexistent/scene.glb");
+    refused(&["accuracy", "--json", "/nonexistent/a.json"], 1, "not a folder");
+    refused(
+        &["plan", "--technique", "forward", "--limits", "minimum", "--accumulation", "f16"],
+        2,
+        "--accumulation f16 is for",
+    );
+    refused(&["plan", "--limits", "minimum", "--slices-per-octave", "3"], 2, "a power of two");
+}
+
+#[test]
+fn what_cannot_be_measured_leaves_no_file() {
+    let Some(folder) = drawn_folder("accuracy-refused") else { return };
+    let json = folder.join("a.json").display().to_string();
+    refused(&["accuracy", "--size", "100000x100000", "--json", &json], 1, "100000x100000");
+    refused(&["accuracy", "--light-range=-1", "--json", &json], 2, "--light-range -1 is not a positive distance");
+    assert!(!folder.join("a.json").exists());
+    std::fs::remove_dir_all(folder).expect("cleaned up");
+}
+
+fn rows<'a>(value: &'a Value, knob: &str) -> Vec<&'a Value> {
+    let rows = value["rows"].as_array().expect("rows");
+    rows.iter().filter(|row| row["knob"] == knob && row["outcome"] == "measured").collect()
+}
+
+fn number(row: &Value, path: &str) -> f64 {
+    row.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}: {row}"))
+}
+
+/// Every knob of a small room under eight lights.
+fn measured(folder: &Path) -> (Value, String) {
+    let place = |name: &str| folder.join(name).display().to_string();
+    let tiny = ["accuracy", "builtin:cornell", "--quick", "--size", "64x36", "--lights", "8", "--rounds", "1"];
+    let (json, plots, report) = (place("a.json"), place("plots"), place("report"));
+    let output = lampyris(&[&tiny[..], &["--json", &json, "--plot", &plots, "--report", &report]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&json).expect("a file");
+    (serde_json::from_str(&text).expect("JSON"), String::from_utf8(output.stdout).expect("UTF-8"))
+}
+
+#[test]
+fn every_knob_gives_a_table_rows_figures_and_a_page() {
+    let Some(folder) = drawn_folder("accuracy") else { return };
+    let (value, said) = measured(&folder);
+    assert_eq!(differences(&first_column(&document("README.md"), "### JSON of `accuracy`"), &value), [""; 0]);
+    let page = std::fs::read_to_string(folder.join("report/index.html")).expect("a page");
+    for knob in knobs() {
+        let rows = rows(&value, &knob);
+        assert!(rows.len() > 1, "{knob}: {value}");
+        assert!(said.contains(&format!("\n{knob}: ")) && page.contains(&format!("<h2>{knob}: ")), "{knob}: {said}");
+        for front in ["on_time_front", "on_bytes_front"] {
+            assert!(rows.iter().any(|row| row[front] == true), "{knob} {front}");
+        }
+        for row in &rows {
+            assert!(number(row, "/ms/median") > 0.0 && number(row, "/memory_bytes") > 0.0, "{row}");
+            assert!(row["passes"].as_array().is_some_and(|passes| !passes.is_empty()), "{row}");
+        }
+        for name in [knob.clone(), format!("{knob}-2")] {
+            let svg = std::fs::read_to_string(folder.join(format!("plots/{name}.svg"))).expect("an SVG");
+            assert!(svg.starts_with("<svg ") && page.contains(&svg), "{name}");
+            let png = std::fs::read(folder.join(format!("plots/{name}.png"))).expect("a PNG");
+            assert!(image::load_from_memory(&png).is_ok(), "{name}");
+        }
+    }
+    judged(&value);
+    std::fs::remove_dir_all(folder).expect("cleaned up");
+}
+
+/// What each knob may change, and what it must not.
+fn judged(value: &Value) {
+    let is_exact = |row: &Value| row["setting"] != "bounds-textbook";
+    for knob in ["tile", "cull", "depth-bounds", "slices"] {
+        for row in rows(value, knob).into_iter().filter(|row| is_exact(row)) {
+            let found = ["/missed_pairs", "/from_forward/differing_pixels"].map(|path| number(row, path));
+            assert_eq!(found, [0.0, 0.0], "{row}");
+        }
+    }
+    // The coarsest grid moves a vertex by 1/32 pixel along each axis, and of so small a picture that is much.
+    assert!(rows(value, "tile").into_iter().all(|row| number(row, "/error/mean") < 0.05), "{value}");
+    for row in rows(value, "gbuffer") {
+        assert_eq!(number(row, "/from_forward/differing_pixels") == 0.0, row["setting"] == "fat", "{row}");
+    }
+    let errors: Vec<f64> = rows(value, "light-cutoff").into_iter().map(|row| number(row, "/error/mean")).collect();
+    assert!(errors.len() == 4 && errors.windows(2).all(|pair| pair[0] > pair[1]), "{errors:?}");
+    let accumulated = rows(value, "accumulation");
+    let (whole, half) = (accumulated[0], accumulated[1]);
+    assert!(number(half, "/memory_bytes") < number(whole, "/memory_bytes"), "{whole} {half}");
+    assert!(number(half, "/from_forward/mean") > number(whole, "/from_forward/mean"), "{whole} {half}");
+}
