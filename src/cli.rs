@@ -97,6 +97,9 @@ pub struct Shared {
     /// Bits of each of a normal's two codes in the compact G-buffer.
     #[arg(long, value_name = "8|10|16", default_value = "16", value_parser = deferred::parse_normal_bits)]
     pub normal_bits: u32,
+    /// Pixels that a thread of tiled-deferred shades: four share what is read of each light [default: as the profile has it].
+    #[arg(long, value_name = "1|4", value_parser = deferred::parse_pixels_a_thread)]
+    pub pixels_a_thread: Option<u32>,
     /// What --deferred-lights volumes add in.
     #[arg(long, value_enum, default_value = "f32")]
     pub accumulation: AccumulationArg,

@@ -21,31 +21,46 @@ bool light_out_of_range(vec4 place, vec3 position) {
     return dot(l, l) * place.w > frame.data.light_seek_limit;
 }
 
-vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {
+// What one light is, apart from what it lights: several samples may share one reading.
+struct LoadedLight {
+    vec4 place;
+    vec3 intensity;
+    vec3 remainder;
+    uint kind;
+    uint first_texel;
+};
+
+LoadedLight load_light(uint index) {
     uint first = index * LIGHT_TEXELS;
-    vec4 place = light_texel(first);
     vec4 power = light_texel(first + 1u);
     uint packed_bits = uint(power.w);
-    uint kind = light_kind(packed_bits);
-    precise vec3 l = place.xyz;
+    return LoadedLight(light_texel(first), power.rgb, light_remainder(packed_bits), light_kind(packed_bits), first);
+}
+
+vec3 shade_loaded_light(LoadedLight light, Lobes lobes, Surface s, vec3 v) {
+    precise vec3 l = light.place.xyz;
     precise float strength = 1.0;
     precise float nl;
-    if (kind == KIND_DIRECTIONAL) {
+    if (light.kind == KIND_DIRECTIONAL) {
         nl = dot(s.normal, l);
     } else {
-        l = (place.xyz - s.position) + light_remainder(packed_bits);
+        l = (light.place.xyz - s.position) + light.remainder;
         precise float d2 = max(dot(l, l), MIN_DISTANCE2);
         precise float inverse_d = 1.0 / sqrt(d2);
         nl = dot(s.normal, l) * inverse_d;
         l *= inverse_d;
-        strength = light_window(d2 * place.w) * light_falloff(d2, inverse_d);
-        if (kind == KIND_SPOT) {
-            strength *= light_cone(l, first);
+        strength = light_window(d2 * light.place.w) * light_falloff(d2, inverse_d);
+        if (light.kind == KIND_SPOT) {
+            strength *= light_cone(l, light.first_texel);
         }
     }
     // The intensity comes last: before it nothing can pass f32, so no infinity meets a 0.
-    precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * power.rgb;
+    precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * light.intensity;
     return strength > 0.0 && nl > 0.0 ? added : vec3(0.0);
+}
+
+vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {
+    return shade_loaded_light(load_light(index), lobes, s, v);
 }
 
 vec3 view_direction(Surface s) {

@@ -77,3 +77,38 @@ vec3 shade_listed_lights(Surface s, uint begin, uint end) {
     sum = add_listed_lights(sum, lobes, s, v, begin, end);
     return min(sum, MAX_RADIANCE);
 }
+
+// A sample and its sum.
+struct Lit {
+    Surface s;
+    vec3 v;
+    Lobes lobes;
+    vec3 sum;
+};
+
+// Begins with what every sample adds.
+Lit begin_lit(Surface s) {
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    return Lit(s, v, lobes, add_unlisted_lights(unlit_radiance(s), lobes, s, v));
+}
+
+void add_light(LoadedLight light, inout Lit lit) {
+    precise vec3 sum = lit.sum + shade_loaded_light(light, lit.lobes, lit.s, lit.v);
+    lit.sum = sum;
+}
+
+// Lights begin to end of a list that four samples share: each light is read once for all of them, and each sum is the one that
+// shade_listed_lights makes.
+void add_listed_lights_to_four(inout Lit a, inout Lit b, inout Lit c, inout Lit d, uint begin, uint end) {
+    if (LIGHT_KINDS == 0u) {
+        return;
+    }
+    for (uint at = begin; at < end; ++at) {
+        LoadedLight light = load_light(list_light(at));
+        add_light(light, a);
+        add_light(light, b);
+        add_light(light, c);
+        add_light(light, d);
+    }
+}

@@ -31,7 +31,11 @@ fn forms(base: &Request) -> Vec<(String, Request)> {
         (format!("deferred {}", lights.name()), request)
     });
     let clustered = Request { technique: Technique::ClusteredDeferred, ..base.clone() };
-    volumes.chain([("clustered-deferred".to_string(), clustered)]).collect()
+    let threads = [1, 4].map(|pixels| {
+        let request = Request { pixels_a_thread: Some(pixels), ..base.clone() };
+        (format!("tiled-deferred, pixels a thread {pixels},"), request)
+    });
+    volumes.chain(threads).chain([("clustered-deferred".to_string(), clustered)]).collect()
 }
 
 /// Ways to make clusters that `forms` leaves out.

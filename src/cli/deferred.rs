@@ -40,3 +40,12 @@ pub(super) fn parse_normal_bits(text: &str) -> Result<u32, String> {
         _ => Err("a code of a normal has 8, 10 or 16 bits".into()),
     }
 }
+
+/// `--pixels-a-thread`.
+pub(super) fn parse_pixels_a_thread(text: &str) -> Result<u32, String> {
+    match text {
+        "1" => Ok(1),
+        "4" => Ok(4),
+        _ => Err("a thread shades 1 or 4 pixels".into()),
+    }
+}

@@ -180,6 +180,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             GbufferArg::Compact => GbufferLayout::Compact,
         },
         normal_bits: shared.normal_bits,
+        pixels_a_thread: shared.pixels_a_thread,
         accumulation: match shared.accumulation {
             AccumulationArg::F32 => Accumulation::F32,
             AccumulationArg::F16 => Accumulation::F16,

@@ -157,9 +157,9 @@ fn deferred(
             let made = cluster_lists::add(graph, &parts, prepass);
             clustered_deferred::add(graph, plan, scene, &clustered_deferred::Inputs { parts, made, planned, layers })
         }
-        (LightPass::Tiles, _, Some(tiles), Some(handles)) => {
+        (&LightPass::Tiles { pixels_a_thread }, _, Some(tiles), Some(handles)) => {
             let lists = tile_lists(graph, tiles, handles, prepass).lists;
-            let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers };
+            let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers, pixels_a_thread };
             tiled_deferred::add(graph, plan, scene, &inputs)
         }
         (light_pass, ..) => {

@@ -2,7 +2,7 @@
 //! of its tile, in a compute pass.
 //!
 //! Reads: frame, lights, tile grid, lists, G-buffer. Writes: radiance, every pixel of it (0 where no lit surface is seen). Groups of 8x8
-//! threads, a thread a pixel. Limits: the plan's. CPU twin: `reference/shade.rs`; equal to the forms of `deferred` bit for bit.
+//! threads, a thread a pixel, or four below each other, which read each light once. Limits: the plan's. CPU twin: `reference/shade.rs`; equal to the forms of `deferred` bit for bit.
 
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
@@ -25,6 +25,8 @@ pub struct Inputs<'a> {
     pub planned: &'a Gbuffer,
     /// Its images.
     pub layers: &'a Layers,
+    /// 1 or 4.
+    pub pixels_a_thread: u32,
 }
 
 /// Adds the pass; the radiance.
@@ -56,6 +58,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         radiance: ComputeImageWrite(radiance, Contents::Discarded),
     };
     let (lights, gbuffer) = (light_constants(plan), gbuffer_constants(inputs.planned));
+    let pixels = inputs.pixels_a_thread;
     let spec = tiled_deferred::Spec {
         LIGHT_FETCH: lights.fetch,
         LIGHT_KINDS: lights.kinds,
@@ -65,13 +68,14 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         INVERSE_SQUARE: lights.inverse_square,
         SHADING: lights.shading,
         TILE: inputs.tiles.tile,
+        PIXELS_A_THREAD: pixels,
         LIST_FETCH: list_fetch(inputs.tiles),
         LIST_SEEK: inputs.tiles.list_seek && lights.seek,
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
     };
-    let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
+    let groups = [size[0].div_ceil(8), size[1].div_ceil(8 * pixels), 1];
     graph.add("tiled_deferred", dispatch(&tiled_deferred::PROGRAM, spec.values(), set.list(), groups));
     radiance
 }

@@ -110,14 +110,14 @@ pub fn estimate(profile: &Profile, load: &Load, technique: Technique) -> f64 {
     let clusters = p.clusters_ms * 1e6 + load.pixels * p.cluster;
     let everywhere = load.everywhere * load.pixels;
     let forward = |pairs: f64| (pairs + everywhere) * p.pair;
-    let deferred = |pairs: f64| (pairs + everywhere) * p.deferred_pair + load.pixels * p.gbuffer;
+    let deferred = |pairs: f64, pair: f64| (pairs + everywhere) * pair + load.pixels * p.gbuffer;
     let nanoseconds = match technique {
         Technique::Forward => (load.lights - load.everywhere) * load.pixels * p.test + forward(load.pairs),
         Technique::TiledForward => lists + forward(listed),
-        Technique::TiledDeferred => lists + deferred(listed),
+        Technique::TiledDeferred => lists + deferred(listed, p.deferred_pair.min(p.shared_pair)),
         Technique::ClusteredForward => lists + clusters + forward(listed * CLUSTER_SHARE),
-        Technique::ClusteredDeferred => lists + clusters + deferred(listed * CLUSTER_SHARE),
-        Technique::Deferred => load.seen * p.volume + load.covered * p.volume_pixel + deferred(0.0),
+        Technique::ClusteredDeferred => lists + clusters + deferred(listed * CLUSTER_SHARE, p.deferred_pair),
+        Technique::Deferred => load.seen * p.volume + load.covered * p.volume_pixel + deferred(0.0, p.deferred_pair),
         Technique::Auto | Technique::Reference => f64::INFINITY,
     };
     nanoseconds * 1e-6

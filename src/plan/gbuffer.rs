@@ -69,7 +69,10 @@ pub enum LightPass {
         branch: bool,
     },
     /// A compute pass that loops over the lights of each tile.
-    Tiles,
+    Tiles {
+        /// 1, or 4 of a column, which share what is read of each light.
+        pixels_a_thread: u32,
+    },
     /// A compute pass that loops over the lights of each cluster.
     Clusters,
 }
@@ -94,11 +97,19 @@ impl Deferred {
         check_accumulation(plan, request)?;
         let light_pass = match plan.technique {
             Technique::Deferred => light_pass(plan, request, extent, limits)?,
-            Technique::TiledDeferred => LightPass::Tiles,
+            Technique::TiledDeferred => LightPass::Tiles { pixels_a_thread: pixels_a_thread(plan, request, limits)? },
             Technique::ClusteredDeferred => LightPass::Clusters,
             _ => return Ok(None),
         };
         Ok(Some(Self { gbuffer: Gbuffer::new(plan, request, limits)?, light_pass, accumulation: request.accumulation }))
+    }
+
+    /// Pixels that a thread shades, where lights are listed by tile.
+    pub fn pixels_a_thread(&self) -> Option<u32> {
+        match self.light_pass {
+            LightPass::Tiles { pixels_a_thread } => Some(pixels_a_thread),
+            _ => None,
+        }
     }
 
     /// The volumes, where lights are added by them.
@@ -108,6 +119,20 @@ impl Deferred {
             _ => None,
         }
     }
+}
+
+/// As asked, or what the profile has as quicker.
+fn pixels_a_thread(plan: &Plan, request: &Request, limits: &Limits) -> Result<u32> {
+    // Four pixels seek in a list together or not at all.
+    let seeks = plan.tiles.as_ref().is_some_and(|tiles| tiles.list_seek);
+    if seeks && request.pixels_a_thread == Some(4) {
+        return Err(Error::usage(
+            "--pixels-a-thread 4 needs lists that planes, boxes and depths have culled: --cull frustum-aabb and depth bounds",
+        ));
+    }
+    let profile = limits.profile.clone().unwrap_or_default();
+    let quicker = if !seeks && profile.shared_pair < profile.deferred_pair { 4 } else { 1 };
+    Ok(request.pixels_a_thread.unwrap_or(quicker))
 }
 
 fn check_accumulation(plan: &mut Plan, request: &Request) -> Result<()> {
@@ -176,7 +201,7 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
     let (why, bytes) = match plan.deferred.as_ref().map(|d| (d, d.volumes())) {
         None => (format!("{} adds no light by blending", plan.technique.name()), 0),
         Some((_, Some(volumes))) => (volumes.why(), volumes.bytes()),
-        Some((Deferred { light_pass: LightPass::Tiles, .. }, _)) => ("lights are listed by tile".into(), 0),
+        Some((Deferred { light_pass: LightPass::Tiles { .. }, .. }, _)) => ("lights are listed by tile".into(), 0),
         Some((Deferred { light_pass: LightPass::Clusters, .. }, _)) => ("lights are listed by cluster".into(), 0),
         Some(_) => ("one pass loops over all lights".into(), 0),
     };

@@ -20,6 +20,8 @@ pub struct Profile {
     pub pair: f64,
     /// The same from a G-buffer.
     pub deferred_pair: f64,
+    /// The same where a thread shades four pixels of a tile, which share what is read of the light.
+    pub shared_pair: f64,
     /// A pixel's G-buffer is written and read, beyond shading the surface where it is drawn.
     pub gbuffer: f64,
     /// Depth bounds of a pixel.
@@ -48,7 +50,8 @@ impl Profile {
             storage_fetch: 29.0,
             test: 1.5,
             pair: 7.0,
-            deferred_pair: 3.7,
+            deferred_pair: 5.3,
+            shared_pair: 3.0,
             gbuffer: 8.0,
             bounds: 6.0,
             cull: 12.0,
@@ -70,6 +73,7 @@ impl Profile {
             test: 30.0,
             pair: 90.0,
             deferred_pair: 28.0,
+            shared_pair: 13.0,
             gbuffer: 40.0,
             bounds: 16.0,
             cull: 12.0,
@@ -92,6 +96,7 @@ impl Profile {
             self.test,
             self.pair,
             self.deferred_pair,
+            self.shared_pair,
             self.gbuffer,
             self.bounds,
             self.cull,

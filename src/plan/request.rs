@@ -274,6 +274,8 @@ pub struct Request {
     pub gbuffer: GbufferLayout,
     /// Of each of a normal's two codes in the compact G-buffer: 8, 10 or 16.
     pub normal_bits: u32,
+    /// Pixels that a thread of `tiled-deferred` shades, 1 or 4; `None`: as the profile has it quicker.
+    pub pixels_a_thread: Option<u32>,
     /// What light volumes add in.
     pub accumulation: Accumulation,
     /// A small sphere where each light stands.
@@ -304,6 +306,7 @@ impl Default for Request {
             deferred_lights: DeferredLights::Volumes,
             gbuffer: GbufferLayout::Compact,
             normal_bits: 16,
+            pixels_a_thread: None,
             accumulation: Accumulation::F32,
             show_lights: false,
             camera: CameraChoice::Default,

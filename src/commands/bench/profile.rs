@@ -58,9 +58,10 @@ struct Bencher<'a> {
 }
 
 impl Bencher<'_> {
-    fn case(&self, scene: &Scene, technique: Technique, range: f64) -> Result<Case> {
+    fn case(&self, scene: &Scene, technique: Technique, pixels_a_thread: u32, range: f64) -> Result<Case> {
         let rules = LightRules { range: setup::range(range), ..LightRules::default() };
-        let request = Request { technique, rules, ..self.request.clone() };
+        let pixels_a_thread = Some(pixels_a_thread);
+        let request = Request { technique, rules, pixels_a_thread, ..self.request.clone() };
         let plan = Plan::new(scene, &request, &self.renderer.limits())?;
         let mut prepared = self.renderer.prepare(scene, &plan)?;
         prepared.draw(1)?;
@@ -91,30 +92,34 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let bencher =
         Bencher { renderer, request, frames: args.frames.map_or(FRAMES[usize::from(args.quick)], |n| n as usize) };
     let mut scene = setup::load_scene(args.scene.as_deref().unwrap_or("builtin:atrium"))?;
-    let bar = measured::progress(11, "profile");
-    let mut lit = |count: u32, technique: Technique, range: f64| -> Result<Case> {
+    let bar = measured::progress(13, "profile");
+    let mut lit = |count: u32, (technique, pixels): (Technique, u32), range: f64| -> Result<Case> {
         setup::scatter_lights(&mut scene, Some(count), args.light_seed)?;
-        let case = bencher.case(&scene, technique, range);
+        let case = bencher.case(&scene, technique, pixels, range);
         bar.inc(1);
         case
     };
     let pixels = f64::from(width) * f64::from(height);
-    let forward = [lit(8, Technique::Forward, RANGES[0])?, lit(72, Technique::Forward, RANGES[0])?];
+    let forward = [8, 72].map(|count| lit(count, (Technique::Forward, 1), RANGES[0]));
+    let [few, many] = forward;
+    let forward = [few?, many?];
     let test = slope(forward.each_ref().map(|c| c.ms(&["forward"])), [8.0 * pixels, 72.0 * pixels]);
     let mut both = |technique| -> Result<[Case; 2]> {
         Ok([lit(LIGHTS, technique, RANGES[0])?, lit(LIGHTS, technique, RANGES[1])?])
     };
-    let tiled = both(Technique::TiledForward)?;
-    let deferred = both(Technique::TiledDeferred)?;
-    let volumes = both(Technique::Deferred)?;
-    let clustered = both(Technique::ClusteredForward)?;
+    let tiled = both((Technique::TiledForward, 1))?;
+    let deferred = both((Technique::TiledDeferred, 1))?;
+    let shared = both((Technique::TiledDeferred, 4))?;
+    let volumes = both((Technique::Deferred, 1))?;
+    let clustered = both((Technique::ClusteredForward, 1))?;
     bar.finish_and_clear();
     if tiled[1].times.nodes().iter().any(|node| node.1.is_none()) {
         return Err(Error::new("this device has no timestamps: passes cannot be timed one by one"));
     }
     let listed = |cases: &[Case; 2]| cases.each_ref().map(|c| c.listed);
     let pair = slope(tiled.each_ref().map(|c| c.ms(&["tiled_forward"])), listed(&tiled));
-    let deferred_pair = slope(deferred.each_ref().map(|c| c.ms(&["tiled_deferred"])), listed(&deferred));
+    let of_pair = |cases: &[Case; 2]| slope(cases.each_ref().map(|c| c.ms(&["tiled_deferred"])), listed(cases));
+    let [deferred_pair, shared_pair] = [&deferred, &shared].map(of_pair);
     // What is left of each way's shading where almost nothing is listed.
     let inline = tiled[0].ms(&["tiled_forward"]) - tiled[0].listed * pair * 1e-6;
     let stored = deferred[0].ms(&["gbuffer", "tiled_deferred"]) - deferred[0].listed * deferred_pair * 1e-6;
@@ -134,6 +139,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
         test,
         pair,
         deferred_pair,
+        shared_pair,
         gbuffer: ((stored - inline) * 1e6 / pixels).max(0.0),
         bounds: tiled[0].ms(&["depth_reduce"]) * 1e6 / pixels,
         cull: slope(culls, tiled.each_ref().map(tests)),
@@ -187,6 +193,7 @@ fn table(new: &Profile, old: &Profile) -> Table {
             row("forward looks at a light", "ns a pixel", new.test, old.test),
             row("a listed light is shaded", "ns a pair", new.pair, old.pair),
             row("the same from a G-buffer", "ns a pair", new.deferred_pair, old.deferred_pair),
+            row("and four pixels a thread", "ns a pair", new.shared_pair, old.shared_pair),
             row("G-buffer", "ns a pixel", new.gbuffer, old.gbuffer),
             row("depth bounds", "ns a pixel", new.bounds, old.bounds),
             row("a light against a tile", "ns", new.cull, old.cull),

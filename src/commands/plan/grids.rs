@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::commands::report;
-use crate::plan::{Clusters, DepthBounds, Gbuffer, GbufferLayout, Plan, Tiles};
+use crate::plan::{Clusters, Deferred, DepthBounds, Gbuffer, GbufferLayout, Plan, Tiles};
 use crate::shared::BIN_TILES;
 
 /// Bytes of a light's id in a list.
@@ -112,6 +112,7 @@ pub(super) fn gbuffer_json(plan: &Plan, gbuffer: &Gbuffer) -> Value {
         "emission": gbuffer.emission || !compact,
         "texel_bytes": gbuffer.texel_bytes(),
         "bytes": gbuffer.texel_bytes() * plan.pixels(),
+        "pixels_a_thread": plan.deferred.as_ref().and_then(Deferred::pixels_a_thread),
     })
 }
 
