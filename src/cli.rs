@@ -85,8 +85,8 @@ pub struct Shared {
     /// Where clusters find the lights that may reach them.
     #[arg(long, value_enum, default_value = "auto")]
     pub assign: AssignArg,
-    /// Make clusters of samples with like normals; needs a G-buffer.
-    #[arg(long, hide = true)]
+    /// Tell clusters apart by where their normals point, and leave out lights behind them: clustered-deferred.
+    #[arg(long)]
     pub cluster_normals: bool,
     /// How --technique deferred adds lights.
     #[arg(long, value_enum, default_value = "volumes")]

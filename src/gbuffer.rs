@@ -97,8 +97,8 @@ fn compact(planned: &Gbuffer, stored: &Picture) -> Option<Vec<Option<Texel>>> {
     Some(base.iter().enumerate().zip(material.iter().zip(&normals)).map(of).collect())
 }
 
-/// Both codes of each normal.
-fn codes(words: &[u32], bits: u32) -> Vec<[u32; 2]> {
+/// Both codes of each normal, as many as the words hold.
+pub(crate) fn codes(words: &[u32], bits: u32) -> Vec<[u32; 2]> {
     let pair = |word: u32, width: u32| [word, word >> width].map(|code| code & ((1 << width) - 1));
     match bits {
         // Two pixels a word.

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::error::Result;
+use crate::gbuffer;
 use crate::graph::checker::Violation;
 use crate::measure::picture::Picture;
 use crate::passes;
@@ -13,7 +14,8 @@ use crate::plan::projection::{self, PixelRect};
 use crate::plan::{Clusters, CullTest, DebugView, Plan, Tiles};
 use crate::reference::cluster_keys;
 use crate::reference::depth_reduce::TileBounds;
-use crate::reference::light_pairs::{NO_CELL, PairCounts};
+use crate::reference::light_pairs::{NO_CELL, Oracle, PairCounts};
+use crate::reference::octahedral;
 use crate::renderer::Renderer;
 use crate::scene::lighting::ResolvedLight;
 use crate::scene::{LightKind, Scene};
@@ -35,8 +37,12 @@ pub struct Made {
     pub bounds: Vec<[u32; 4]>,
     /// The lists.
     pub cells: Cells,
+    /// Lists of bins, where tiles are the cells: where each begins, and indices among the culled lights.
+    pub bins: [Vec<u32>; 2],
     /// Lists of tiles, where cells are clusters, which choose from them.
     pub candidates: Option<Cells>,
+    /// Normals that the clusters were told apart by, one a pixel, view space; empty where they were not.
+    pub normals: Vec<DVec3>,
     /// What the checker found in the recorded frames: empty is the proof.
     pub violations: Vec<Violation>,
 }
@@ -65,14 +71,19 @@ pub fn read(plan: &Plan, picture: &Picture) -> Made {
         _ => Cells::whole_picture(plan.pixels() as usize, directional(plan)..plan.lights.count),
     };
     let bounds = words(picture, "tile_bounds").chunks_exact(4).map(|w| [w[0], w[1], w[2], w[3]]).collect();
-    Made { depth, bounds, cells, candidates, violations: Vec::new() }
+    let bits = plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
+    let normals = normal_codes(picture, bits).iter().map(|&code| octahedral::decode(code, bits)).collect();
+    let mut bins = ["bin_ranges", "bin_lights"].map(|layer| words(picture, layer));
+    let listed = bins[0].last().map_or(0, |&end| end as usize);
+    bins[1].truncate(listed);
+    Made { depth, bounds, cells, bins, candidates, normals, violations: Vec::new() }
 }
 
 impl Made {
     /// Judges the lists by the f64 oracle.
     pub fn judge(&self, plan: &Plan) -> PairCounts {
         let lights: Vec<_> = plan.lighting.in_table_order().cloned().collect();
-        self.cells.judge(&lights, &plan.view, &self.depth)
+        self.cells.judge(Oracle::new(&lights, &plan.view).facing(self.normals.clone()), &self.depth)
     }
 
     /// The numbers that a debug view shows, one a pixel and NaN where there is none, and what they are called. `None` for a view of
@@ -163,6 +174,17 @@ pub fn rectangles(plan: &Plan) -> Vec<(PixelRect, DVec3)> {
 fn tile_of(tiles: &Tiles, pixel: u32) -> u32 {
     let (x, y) = (pixel % tiles.grid.width, pixel / tiles.grid.width);
     y / tiles.tile * tiles.grid.columns + x / tiles.tile
+}
+
+/// Codes of normals of each pixel, `bits` bits each, where the frame left them.
+pub fn normal_codes(picture: &Picture, bits: u32) -> Vec<[u32; 2]> {
+    if picture.layer(passes::NORMAL_CODES).is_none() {
+        return Vec::new();
+    }
+    let mut codes = gbuffer::codes(&words(picture, passes::NORMAL_CODES), bits);
+    // Words hold one pixel or two.
+    codes.truncate(picture.width as usize * picture.height as usize);
+    codes
 }
 
 /// Words that came back as the bits of floats.

@@ -229,13 +229,13 @@ fn upload(
         uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
         uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
     }
-    if let (Some(tiles), Some(given)) = (&plan.tiles, &handles.given_bounds) {
-        let levels = [(tiles.grid.columns, tiles.grid.rows, cast_slice(&given.texels))];
-        uploader.image(queue, realized.image(given.image), &levels)?;
+    if let Some(given) = &handles.given {
+        let [width, height] = given.size;
+        uploader.image(queue, realized.image(given.image), &[(width, height, given.bytes.as_slice())])?;
     }
     if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
         uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
-        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slices))?;
+        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
     }
     upload_shapes(&mut uploader, queue, realized, handles, plan)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {

@@ -189,13 +189,17 @@ pub const BIN_TILES: u32 = 8;
 pub const LIGHT_CHUNK: u32 = 512;
 /// Entries of a bin's list that one thread of `tile_count` looks at.
 pub const LIST_CHUNK: u32 = 8192;
-/// RGBA32F texels a culled light: centre and squared radius; distance range and radius; tile rectangle (first and last column, first
+/// RGBA32F texels a culled light: centre and squared radius; distance range, radius, and by how much the product of a normal and
+/// the way to it may be off (metres); tile rectangle (first and last column, first
 /// and last row; empty where first passes last).
 pub const CULL_TEXELS: u32 = 3;
 /// Farthest distance that bounds can say, metres: products with it stay finite.
 pub const FAR_LIMIT: f32 = 1e18;
 /// Relative widening of the distances between which a tile's samples lie: 2^-20.
 pub const DISTANCE_SLACK: f32 = 9.536743e-7;
+
+/// Relative widening of where slots begin and end between these, more than what finding a slot may round: 2^-18.
+pub const SLOT_SLACK: f32 = 3.8146973e-6;
 
 /// The grid of screen tiles and how stored depth becomes distance.
 #[repr(C)]
@@ -445,6 +449,10 @@ pub const BOX_WORDS: u32 = 6;
 pub const CELLS_WIDE: u32 = 2048;
 /// Texels of each.
 pub const CELL_TEXELS: u32 = 2;
+/// The same where clusters tell directions of normals: wider cells, and fewer in a row.
+pub const NORMAL_CELLS_WIDE: u32 = 1024;
+/// Texels of each of those: the last two are the bounds of its normals.
+pub const NORMAL_CELL_TEXELS: u32 = 4;
 /// Depths that a check asks for round each boundary of slices.
 pub const PROBE_DEPTHS: u32 = 513;
 
@@ -460,8 +468,12 @@ pub struct ClusterGrid {
     pub slice_shift: u32,
     /// Orthographic: slices from depth 1 to depth 0; 0 where there is one.
     pub slice_scale: f32,
-    /// Bits of a slice in a key.
+    /// Bits of a slice in a key, those of a direction included.
     pub slice_bits: u32,
+    /// Bits of the direction of a normal in a key, half of them along each axis of the octahedron's square; 0 where clusters tell none.
+    pub direction_bits: u32,
+    /// By how many bits the code of a normal is finer than its direction.
+    pub direction_shift: u32,
     /// Pixels along each side of a block.
     pub block: u32,
     /// Blocks along each side of a tile.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
-use lampyris::plan::{AssignChoice, DebugView, DeferredLights, Limits, Plan, Request, Technique};
+use lampyris::plan::{AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, Technique};
 use lampyris::scene::{Scene, builtin, scatter};
 
 fn golden(name: &str) -> PathBuf {
@@ -70,6 +70,27 @@ fn tiled_forward() {
 }
 
 #[test]
+fn tiled_forward_without_prepass() {
+    let request = Request { technique: Technique::TiledForward, prepass: false, ..Request::default() };
+    compare("tiled_forward_no_prepass", &request);
+}
+
+/// What is drawn over the picture, too: an unlit surface and the lights.
+#[test]
+fn tiled_deferred_over_a_fat_gbuffer() {
+    let mut scene = cornell();
+    scene.materials[0].unlit = true;
+    let limits = Limits { max_color_attachments: 5, ..Limits::MINIMUM };
+    let request = Request {
+        technique: Technique::TiledDeferred,
+        gbuffer: GbufferLayout::Fat,
+        show_lights: true,
+        ..Request::default()
+    };
+    compare_with("tiled_deferred_fat", &scene, &request, &limits);
+}
+
+#[test]
 fn deferred_volumes() {
     let limits = Limits { float_blend: true, ..Limits::MINIMUM };
     let request = Request { technique: Technique::Deferred, ..Request::default() };
@@ -97,6 +118,12 @@ fn clustered_deferred() {
 fn clustered_deferred_by_tree() {
     let technique = Technique::ClusteredDeferred;
     compare("clustered_deferred_tree", &Request { technique, assign: AssignChoice::Tree, ..Request::default() });
+}
+
+#[test]
+fn clustered_deferred_by_normal() {
+    let technique = Technique::ClusteredDeferred;
+    compare("clustered_deferred_normals", &Request { technique, cluster_normals: true, ..Request::default() });
 }
 
 #[test]

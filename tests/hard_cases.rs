@@ -115,6 +115,11 @@ fn l4_surfaces_without_directions() {
 }
 
 #[test]
+fn l5_normals_decoded_on_the_device() {
+    run("octahedral");
+}
+
+#[test]
 fn l6_cameras_far_from_the_origin() {
     run("far_camera");
 }

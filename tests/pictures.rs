@@ -36,6 +36,16 @@ fn c11_first_frame_equals_tenth() {
 }
 
 #[test]
+fn techniques_agree_on_everything_a_scene_may_have() {
+    run("agreement");
+}
+
+#[test]
+fn c12_pictures_are_the_same_whatever_light_data_is_read_from() {
+    run("fetches");
+}
+
+#[test]
 fn tiled_forward_equals_forward() {
     run("tiled");
 }
@@ -104,6 +114,11 @@ fn clustered_forward_equals_forward() {
 #[test]
 fn clusters_equal_their_twin_and_miss_nothing() {
     run("cluster_lists");
+}
+
+#[test]
+fn clusters_by_normal_draw_the_same_and_list_less() {
+    run("cluster_normals");
 }
 
 #[test]

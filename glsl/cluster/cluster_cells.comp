@@ -15,7 +15,7 @@ layout(constant_id = 22) const uint ASSIGN = ASSIGN_TILE;
 layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 1, scalar) uniform ClusterBlock { ClusterGrid data; } clusters;
 layout(set = 0, binding = 2) uniform usamplerBuffer cluster_total;
-// Nearest and farthest distance of each slice.
+// Nearest and farthest distance of each slice; then the bounds of the normals of each direction.
 layout(set = 0, binding = 3) uniform samplerBuffer cluster_slices;
 layout(set = 0, binding = 4, scalar) readonly buffer TileOffsets { uint data[]; } tile_offsets;
 layout(set = 0, binding = 5, scalar) readonly buffer ClusterKeys { uint data[]; } cluster_keys;
@@ -32,10 +32,13 @@ void main() {
     uint slices = clusters.data.slices;
     uint tile = id / slices;
     uint slice = id - tile * slices;
+    uint direction = 0u;
     if (!DENSE) {
         uint key = cluster_keys.data[id];
         tile = key >> clusters.data.slice_bits;
-        slice = key - (tile << clusters.data.slice_bits);
+        uint low = key - (tile << clusters.data.slice_bits);
+        slice = low >> clusters.data.direction_bits;
+        direction = low - (slice << clusters.data.direction_bits);
     }
     uvec2 at = uvec2(tile % grid.data.columns, tile / grid.data.columns);
     uvec2 source = at;
@@ -55,4 +58,9 @@ void main() {
     }
     imageStore(cluster_cells, cell_at(id, 0u), uvec4(source, floatBitsToUint(distances)));
     imageStore(cluster_cells, cell_at(id, 1u), around);
+    if (BY_NORMAL) {
+        int first = int(slices + 2u * direction);
+        imageStore(cluster_cells, cell_at(id, 2u), floatBitsToUint(texelFetch(cluster_slices, first)));
+        imageStore(cluster_cells, cell_at(id, 3u), floatBitsToUint(texelFetch(cluster_slices, first + 1)));
+    }
 }

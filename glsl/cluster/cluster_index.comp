@@ -18,6 +18,7 @@ layout(set = 0, binding = 4, scalar) readonly buffer BlockOffsets { uint data[];
 layout(set = 0, binding = 5, scalar) readonly buffer EntryClusters { uint data[]; } entry_clusters;
 layout(set = 0, binding = 6, scalar) writeonly buffer EntryBounds { uint data[]; } entry_bounds;
 layout(set = 0, binding = 7, r32ui) uniform writeonly uimage2D cluster_index;
+layout(set = 0, binding = 8) uniform usampler2D cluster_normals;
 
 #include "cluster_block.glsl"
 
@@ -79,7 +80,7 @@ void walk(Block block, uvec4 keys, uvec4 ids, bool first, inout Boxes boxes) {
         for (uint x = block.begin.x; x < block.end.x; ++x) {
             float stored = texelFetch(depth, ivec2(x, y), 0).x;
             bool solid = shows_surface(stored);
-            uint key = cluster_key(block.tile, stored);
+            uint key = cluster_key(block.tile, stored, uvec2(x, y));
             bvec4 mine = solid ? equal(keys, uvec4(key)) : bvec4(false);
             if (EXPLICIT) {
                 // Nothing is drawn nearer than the view begins; from there on every product is finite.

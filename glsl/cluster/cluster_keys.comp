@@ -10,6 +10,7 @@ layout(set = 0, binding = 1, scalar) uniform ClusterBlock { ClusterGrid data; } 
 layout(set = 0, binding = 2) uniform sampler2D depth;
 layout(set = 0, binding = 3, scalar) buffer BlockKeys { uint data[]; } block_keys;
 layout(set = 0, binding = 4, scalar) writeonly buffer BlockCounts { uint data[]; } block_counts;
+layout(set = 0, binding = 5) uniform usampler2D cluster_normals;
 
 #include "cluster_block.glsl"
 
@@ -40,7 +41,7 @@ void main() {
     for (uint y = block.begin.y; y < block.end.y; ++y) {
         for (uint x = block.begin.x; x < block.end.x; ++x) {
             float stored = texelFetch(depth, ivec2(x, y), 0).x;
-            uint key = cluster_key(block.tile, stored);
+            uint key = cluster_key(block.tile, stored, uvec2(x, y));
             if (!shows_surface(stored) || (count > 0u && key == previous)) {
                 continue;
             }

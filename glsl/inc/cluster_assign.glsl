@@ -21,6 +21,9 @@ struct Cell {
     // The box across and up, or without one the tangents of the tile's edges.
     vec2 across;
     vec2 up;
+    // Of its normals.
+    vec3 normal_low;
+    vec3 normal_high;
 };
 
 Cell read_cell(uint id) {
@@ -39,7 +42,35 @@ Cell read_cell(uint id) {
     }
     cell.across = around.xy;
     cell.up = around.zw;
+    cell.normal_low = vec3(-1.0);
+    cell.normal_high = vec3(1.0);
+    if (BY_NORMAL) {
+        cell.normal_low = uintBitsToFloat(texelFetch(cluster_cells, cell_at(id, 2u), 0).xyz);
+        cell.normal_high = uintBitsToFloat(texelFetch(cluster_cells, cell_at(id, 3u), 0).xyz);
+    }
     return cell;
+}
+
+// The most that the product of two numbers can be, each between its two bounds.
+float largest_product(float a_low, float a_high, float b_low, float b_high) {
+    precise float a = a_low * b_low;
+    precise float b = a_low * b_high;
+    precise float c = a_high * b_low;
+    precise float d = a_high * b_high;
+    return max(max(a, b), max(c, d));
+}
+
+// The most that normal and direction to the light can have in common, as far as both are known: of a light behind every sample less than
+// nothing. Metres.
+float most_facing(Cell cell, vec2 x, vec2 y, vec2 distances, vec3 light) {
+    precise vec3 low = light - vec3(x.y, y.y, -distances.x);
+    precise vec3 high = light - vec3(x.x, y.x, -distances.y);
+    precise float across = largest_product(cell.normal_low.x, cell.normal_high.x, low.x, high.x);
+    precise float up = largest_product(cell.normal_low.y, cell.normal_high.y, low.y, high.y);
+    precise float along = largest_product(cell.normal_low.z, cell.normal_high.z, low.z, high.z);
+    precise float sum = across + up;
+    precise float result = sum + along;
+    return result;
 }
 
 // A culled light, by index.
@@ -54,5 +85,9 @@ bool touches(Cell cell, uint light) {
         x = edge_interval(grid.data, x.x, x.y, near, far);
         y = edge_interval(grid.data, y.x, y.y, near, far);
     }
-    return near <= far && box_distance2(x, y, vec2(near, far), sphere.xyz) <= sphere.w;
+    bool inside = near <= far && box_distance2(x, y, vec2(near, far), sphere.xyz) <= sphere.w;
+    if (BY_NORMAL) {
+        inside = inside && most_facing(cell, x, y, vec2(near, far), sphere.xyz) >= -extent.w;
+    }
+    return inside;
 }

@@ -2,6 +2,9 @@
 #include "cluster_slice.glsl"
 #include "cluster_thread.glsl"
 
+// Samples whose normals point elsewhere have other keys. `cluster_normals` are codes of the G-buffer.
+layout(constant_id = 26) const bool BY_NORMAL = false;
+
 struct Block {
     uint tile;
     uvec2 begin;
@@ -24,7 +27,15 @@ bool shows_surface(float depth) {
     return floatBitsToUint(depth) - 1u < 0x7f800000u;
 }
 
-// Tile, then slice, from the highest bits down.
-uint cluster_key(uint tile, float depth) {
-    return tile << clusters.data.slice_bits | cluster_slice(grid.data, clusters.data, depth);
+// Cells of the octahedron's square: integers alone, so that no driver's square root decides.
+uint normal_direction(uvec2 code) {
+    uvec2 cell = code >> clusters.data.direction_shift;
+    return cell.y << (clusters.data.direction_bits >> 1) | cell.x;
+}
+
+// Tile, then slice, then direction, from the highest bits down.
+uint cluster_key(uint tile, float depth, uvec2 at) {
+    uint direction = BY_NORMAL ? normal_direction(texelFetch(cluster_normals, ivec2(at), 0).xy) : 0u;
+    uint slice = cluster_slice(grid.data, clusters.data, depth);
+    return tile << clusters.data.slice_bits | slice << clusters.data.direction_bits | direction;
 }

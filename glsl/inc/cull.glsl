@@ -16,7 +16,7 @@ vec2 distance_range(TileGrid grid, float depth) {
     precise float low;
     precise float high;
     if (grid.perspective != 0u) {
-        precise float y = reciprocal(max(depth + grid.depth_scale, 1e-37));
+        precise float y = reciprocal(min(max(depth + grid.depth_scale, 1e-37), 1e30));
         precise float d = grid.depth_offset * y;
         // 1 - e <= 1 / (1 + e), and 1 / (1 - e) <= 1 + 2 e up to a half.
         precise float e = grid.depth_slack * y;
@@ -43,6 +43,20 @@ float slots_a_metre(float near, float far, uint slots) {
 uint depth_slot(float near, float slots_a_metre, float d, uint slots) {
     precise float at = (d - near) * slots_a_metre;
     return uint(clamp(at, 0.0, float(slots - 1u)));
+}
+
+// Distances between which everything lies that depth_slot puts into slots first to last: its inverse, widened by more than it may round.
+// Slots are a power of two, whose reciprocal is made of its exponent: a step is exact.
+vec2 slot_distances(float near, float far, uint slots, uint first, uint last) {
+    precise float step = (far - near) * uintBitsToFloat((127u - uint(findMSB(slots))) << 23);
+    precise float a = float(first) * step;
+    precise float b = float(last + 1u) * step;
+    precise float begin = near + a;
+    precise float end = near + b;
+    precise float low = begin - (a * SLOT_SLACK + abs(begin) * DISTANCE_SLACK);
+    precise float high = end + (b * SLOT_SLACK + abs(end) * DISTANCE_SLACK);
+    // The last slot holds whatever is farther.
+    return vec2(low, last + 1u < slots ? high : far);
 }
 
 // Bits first to last of a 64-bit mask. Shifts stay below 32: past it their result is undefined.

@@ -86,11 +86,10 @@ struct Lit {
     vec3 sum;
 };
 
-// Begins with what every sample adds.
+// Without a light.
 Lit begin_lit(Surface s) {
     vec3 v = view_direction(s);
-    Lobes lobes = make_lobes(s, v);
-    return Lit(s, v, lobes, add_unlisted_lights(unlit_radiance(s), lobes, s, v));
+    return Lit(s, v, make_lobes(s, v), unlit_radiance(s));
 }
 
 void add_light(LoadedLight light, inout Lit lit) {
@@ -98,17 +97,25 @@ void add_light(LoadedLight light, inout Lit lit) {
     lit.sum = sum;
 }
 
-// Lights begin to end of a list that four samples share: each light is read once for all of them, and each sum is the one that
-// shade_listed_lights makes.
-void add_listed_lights_to_four(inout Lit a, inout Lit b, inout Lit c, inout Lit d, uint begin, uint end) {
+void add_light_to_four(LoadedLight light, inout Lit a, inout Lit b, inout Lit c, inout Lit d) {
+    add_light(light, a);
+    add_light(light, b);
+    add_light(light, c);
+    add_light(light, d);
+}
+
+// The lights that every sample adds, and begin to end of a list that four samples share: place and intensity of each light are read once
+// for all of them, and each sum is the one that shade_listed_lights makes. As many iterations as that takes, not four times as many.
+void shade_four(inout Lit a, inout Lit b, inout Lit c, inout Lit d, uint begin, uint end) {
     if (LIGHT_KINDS == 0u) {
         return;
     }
+    if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
+        for (uint i = 0u; i < grid.data.first_light; ++i) {
+            add_light_to_four(load_light(i), a, b, c, d);
+        }
+    }
     for (uint at = begin; at < end; ++at) {
-        LoadedLight light = load_light(list_light(at));
-        add_light(light, a);
-        add_light(light, b);
-        add_light(light, c);
-        add_light(light, d);
+        add_light_to_four(load_light(list_light(at)), a, b, c, d);
     }
 }

@@ -63,6 +63,12 @@ bool intersects(Tile tile, uint light) {
         uint last = depth_slot(tile.near, tile.slots_a_metre, far, DEPTH_SLOTS);
         uvec2 shared_slots = slot_mask(first, last) & tile.mask;
         inside = inside && (shared_slots.x | shared_slots.y) != 0u;
+        // Nothing lies in the slots before the first that is shared and after the last.
+        first = shared_slots.x != 0u ? uint(findLSB(shared_slots.x)) : 32u + uint(max(findLSB(shared_slots.y), 0));
+        last = shared_slots.y != 0u ? 32u + uint(findMSB(shared_slots.y)) : uint(max(findMSB(shared_slots.x), 0));
+        vec2 held = slot_distances(tile.near, tile.far, DEPTH_SLOTS, first, last);
+        near = max(near, held.x);
+        far = min(far, held.y);
     }
     return inside && reaches_tile(tile.edges, tile.at, light, sphere, extent.z, vec2(near, far));
 }

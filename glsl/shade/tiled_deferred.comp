@@ -31,19 +31,24 @@ bool read_row(uvec2 at, out Surface s) {
     return read_gbuffer(ivec2(at.x, min(at.y, grid.data.height - 1u)), s);
 }
 
-void shade_four(uvec2 at) {
+void shade_column(uvec2 at) {
     Surface first, second, third, fourth;
     bool seen_first = read_row(at, first);
     bool seen_second = read_row(at + uvec2(0u, 1u), second);
     bool seen_third = read_row(at + uvec2(0u, 2u), third);
     bool seen_fourth = read_row(at + uvec2(0u, 3u), fourth);
+    if (!(seen_first || seen_second || seen_third || seen_fourth)) {
+        for (uint row = 0u; row < 4u; ++row) {
+            store(at + uvec2(0u, row), vec3(0.0), false);
+        }
+        return;
+    }
     Lit a = begin_lit(first);
     Lit b = begin_lit(second);
     Lit c = begin_lit(third);
     Lit d = begin_lit(fourth);
     uvec2 list = list_of(at);
-    bool any_seen = seen_first || seen_second || seen_third || seen_fourth;
-    add_listed_lights_to_four(a, b, c, d, list.x, any_seen ? list.y : list.x);
+    shade_four(a, b, c, d, list.x, list.y);
     store(at, a.sum, seen_first);
     store(at + uvec2(0u, 1u), b.sum, seen_second);
     store(at + uvec2(0u, 2u), c.sum, seen_third);
@@ -56,7 +61,7 @@ void main() {
         return;
     }
     if (PIXELS_A_THREAD == 4u) {
-        shade_four(at);
+        shade_column(at);
         return;
     }
     Surface s;

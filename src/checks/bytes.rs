@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::lists::{self, Made};
 use crate::math::random::Random;
 use crate::passes;
-use crate::plan::{AssignChoice, CullTest, DepthBounds, Limits, Plan, Request, Technique, Tiles};
+use crate::plan::{AssignChoice, ClusterBounds, CullTest, DepthBounds, Limits, Plan, Request, Technique, Tiles};
 use crate::reference::depth_reduce::TileBounds;
 use crate::reference::tile_cull::{self, Lists};
 use crate::renderer::Renderer;
@@ -137,6 +137,74 @@ pub fn given_bounds(renderer: &Renderer) -> Result<Vec<Row>> {
         rows.push(row);
     }
     Ok(rows)
+}
+
+/// T10: numbers that a depth buffer may hold and those that it should not: no surface, -0, the least and the largest denormal, the least
+/// normal number, depths about 1, one past it, infinity.
+const ODD: [u32; 10] =
+    [0, 0x8000_0000, 1, 0x007f_ffff, 0x0080_0000, 0x3f7f_ffff, 0x3f80_0000, 0x3f80_0001, 0x7f80_0000, 0x3c23_d70a];
+
+/// Depths in blocks of 4x4 pixels: sky, one distance, two, any between two, and odd numbers; from integers, so that every machine has the
+/// same.
+fn made_up_depths(width: u32, height: u32) -> Vec<f32> {
+    let of_pixel = |pixel: u32| {
+        let block = u64::from(pixel / width / 4 * width + pixel % width / 4);
+        let mut shape = Random::new(block);
+        let mut own = Random::new(1 << 32 | u64::from(pixel));
+        let [kind, first, last] = [(); 3].map(|()| shape.next_u64());
+        // Reversed depth of 0.05 m to some 12 m before a near plane of 0.05 m.
+        let stored = |word: u64| f32::from_bits(0x3b80_0000 + (word % 0x0480_0000) as u32);
+        let mix = own.next_u64();
+        match kind % 8 {
+            0 => 0.0,
+            1 => f32::from_bits(ODD[(mix % ODD.len() as u64) as usize]),
+            2 => stored(first),
+            3 | 4 => stored(if mix.is_multiple_of(2) { first } else { last }),
+            _ => stored(first.wrapping_add(mix % 0x0100_0000)),
+        }
+    };
+    (0..width * height).map(of_pixel).collect()
+}
+
+/// C10, T10: lists of tiles and of clusters from depths that are given: bounds and lists equal the twin's, and their digest.
+pub fn given_depth(renderer: &Renderer) -> Result<Vec<Row>> {
+    let scene = court()?;
+    let limits = Limits { sub_pixel_bits: Limits::MINIMUM.sub_pixel_bits, ..renderer.limits() };
+    let depth = made_up_depths(150, 85);
+    let clusters = |tile| Request { tile, ..request(Technique::ClusteredForward) };
+    let implicit = Request { cluster_bounds: Some(ClusterBounds::Implicit), ..clusters(16) };
+    let by_tree = Request { assign: AssignChoice::Tree, ..clusters(16) };
+    let masked = Request { depth_bounds: Some(DepthBounds::Mask), ..request(Technique::TiledForward) };
+    let cases = [
+        ("tiles, 2.5d", masked.clone()),
+        ("tiles of 64, 2.5d", Request { tile: 64, ..masked }),
+        ("explicit clusters", clusters(16)),
+        ("merged clusters", clusters(32)),
+        ("implicit clusters", implicit),
+        ("clusters by tree", by_tree),
+    ];
+    let mut rows = Vec::new();
+    for (name, request) in cases {
+        let plan = Plan::new(&scene, &request, &limits)?;
+        let frame = passes::given_depth_frame(&plan, &depth).ok_or_else(|| Error::new("the plan has no lists"))?;
+        let mut prepared = renderer.prepare_frame(&scene, &plan, frame)?;
+        prepared.draw(1)?;
+        let (picture, violations) = prepared.finish()?;
+        let made = lists::read(&plan, &picture);
+        let wrong = violations.len() + super::lists::unlike_twin(&plan, &made) + unlike_depths(&made.depth, &depth);
+        let mut row = Row::none(format!("C10 lists of given depths, {name}"), wrong, "buffers that differ");
+        row.passed &= !made.cells.lights.is_empty();
+        let digest = digest([&made.cells.offsets, &made.cells.lights]);
+        row.detail += &format!(", {} pairs, digest {digest:016x}", made.cells.lights.len());
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// Depths that came back as other bits.
+fn unlike_depths(back: &[f32], given: &[f32]) -> usize {
+    let bits = |depths: &[f32]| depths.iter().map(|depth| depth.to_bits()).collect::<Vec<u32>>();
+    usize::from(bits(back) != bits(given))
 }
 
 #[cfg(test)]

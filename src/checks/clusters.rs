@@ -2,24 +2,27 @@
 //! oracle, and what they waste.
 
 mod cases;
+mod normals;
 mod slices;
 mod trees;
 
 use super::Row;
 use super::lists::radiance;
 use crate::error::{Error, Result};
+use crate::lists::normal_codes;
 use crate::measure::picture::Picture;
 use crate::passes;
 use crate::plan::{ClusterBounds, Clusters, DepthBounds, Plan, Request, Technique, Tiles};
 use crate::reference::light_pairs::{self, NO_CELL, Oracle, PairCounts};
 use crate::reference::tile_cull::Lists;
-use crate::reference::{cluster_assign, cluster_index, cluster_keys};
+use crate::reference::{cluster_assign, cluster_index, cluster_keys, octahedral};
 use crate::renderer::Renderer;
 use crate::scene::lighting::{LightRules, RangeRule};
 use crate::scene::{Scene, builtin, scatter};
 use crate::shared::BOX_WORDS;
 
 pub(super) use cases::cluster_cases;
+pub(super) use normals::cluster_normals;
 pub(super) use slices::cluster_slices;
 pub(super) use trees::cluster_trees;
 
@@ -91,6 +94,8 @@ struct Made {
     keys: Vec<u32>,
     /// Box of each cluster; empty where they have none.
     boxes: Vec<u32>,
+    /// Codes of the normals that clusters were told apart by; empty where they were not.
+    codes: Vec<[u32; 2]>,
     lists: Lists,
     violations: usize,
 }
@@ -118,7 +123,10 @@ fn tile_of(tiles: &Tiles, pixel: u32) -> u32 {
 }
 
 fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
-    let plan = Plan::new(scene, request, &renderer.limits())?;
+    make_of(renderer, scene, Plan::new(scene, request, &renderer.limits())?)
+}
+
+fn make_of(renderer: &Renderer, scene: &Scene, plan: Plan) -> Result<Made> {
     let frame = passes::cluster_frame(&plan).ok_or_else(|| Error::new("this technique has no clusters"))?;
     let mut prepared = renderer.prepare_frame(scene, &plan, frame)?;
     // The second frame meets what the first one left.
@@ -145,14 +153,16 @@ fn make(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Made> {
         lists(&picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles())
     };
     let lists = lists(&picture, ["list_offsets", "list_lights"], 1, total);
-    Ok(Made { depth, tile_lists, index, keys, boxes, lists, violations: violations.len(), plan })
+    let bits = plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
+    let codes = normal_codes(&picture, bits);
+    Ok(Made { depth, tile_lists, index, keys, boxes, codes, lists, violations: violations.len(), plan })
 }
 
 /// Buffers in which the device differs from the twin run on the depth that was read back, and what the checker found.
 fn unlike_twin(made: &Made) -> Result<usize> {
     let (tiles, clusters) = parts(&made.plan)?;
     let (grid, cut) = (&tiles.grid, &clusters.grid);
-    let twin = cluster_keys::run(grid, cut, &made.depth);
+    let twin = cluster_keys::run(grid, cut, &made.depth, clusters.by_normal().then_some(&made.codes[..]));
     let mut wrong = made.violations;
     if clusters.keyed {
         wrong += usize::from(twin.keys != made.keys) + usize::from(twin.index != made.index);
@@ -172,6 +182,7 @@ fn unlike_twin(made: &Made) -> Result<usize> {
         tile_lists: &made.tile_lists,
         keys: clusters.keyed.then_some(&twin.keys[..]),
         boxes: explicit.then_some(&boxes[..]),
+        directions: clusters.by_normal().then_some(&clusters.directions[..]),
     };
     Ok(wrong + usize::from(cluster_assign::run(&inputs) != made.lists))
 }
@@ -180,11 +191,18 @@ fn unlike_twin(made: &Made) -> Result<usize> {
 fn judged(made: &Made, cell_of_sample: &[u32], lists: &Lists) -> PairCounts {
     let lists = light_pairs::Lists { cell_of_sample, offsets: &lists.offsets, lights: &lists.lights };
     let lights: Vec<_> = made.plan.lighting.in_table_order().cloned().collect();
-    Oracle::new(&lights, &made.plan.view).count(&made.depth, &lists)
+    let bits = made.plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
+    let normals = made.codes.iter().map(|&code| octahedral::decode(code, bits)).collect();
+    Oracle::new(&lights, &made.plan.view).facing(normals).count(&made.depth, &lists)
 }
 
 /// Clusters and lists of one request: twin and oracle.
-fn rows_of(renderer: &Renderer, name: &str, scene: &Scene, request: &Request) -> Result<[Row; 2]> {
+pub(in crate::checks) fn rows_of(
+    renderer: &Renderer,
+    name: &str,
+    scene: &Scene,
+    request: &Request,
+) -> Result<[Row; 2]> {
     let made = make(renderer, scene, request)?;
     let counts = judged(&made, &made.index, &made.lists);
     let solid = made.depth.iter().zip(&made.index).filter(|(depth, _)| cluster_keys::shows_surface(**depth));

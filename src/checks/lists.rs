@@ -102,9 +102,9 @@ pub fn tiled(renderer: &Renderer) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What the twin makes of the depth that was read back: bounds, and lists from the device's bounds.
-fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, Lists) {
-    let Some(tiles) = &plan.tiles else { return (Vec::new(), Lists::default()) };
+/// What the twin makes of the depth that was read back: bounds, and lists of tiles and of bins from the device's bounds.
+fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, [Lists; 2]) {
+    let Some(tiles) = &plan.tiles else { return (Vec::new(), Default::default()) };
     let slots = (tiles.bounds == DepthBounds::Mask).then_some(tiles.slots);
     let bounds = match tiles.bounds {
         DepthBounds::Off => Vec::new(),
@@ -120,7 +120,7 @@ fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, Lists) {
         slots: tiles.slots,
         bounds: &device_bounds,
     };
-    (bounds.iter().map(TileBounds::words).collect(), tile_cull::run(&inputs))
+    (bounds.iter().map(TileBounds::words).collect(), [tile_cull::run(&inputs), tile_cull::bins(&inputs)])
 }
 
 /// Plans a request and makes its lists.
@@ -140,13 +140,27 @@ pub(in crate::checks) struct Verdict {
     pub(in crate::checks) pairs: usize,
 }
 
+/// Buffers of tiles that are not the twin's; of clusters the twin's are compared elsewhere.
+pub(in crate::checks) fn unlike_twin(plan: &Plan, made: &Made) -> usize {
+    if plan.clusters.is_some() {
+        return 0;
+    }
+    let (bounds, [lists, bins]) = twin(plan, made);
+    let differ = [
+        bounds != made.bounds,
+        lists.offsets != made.cells.offsets,
+        lists.lights != made.cells.lights,
+        bins.offsets != made.bins[0],
+        bins.lights != made.bins[1],
+    ];
+    differ.into_iter().filter(|differ| *differ).count()
+}
+
 pub(in crate::checks) fn verdict(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Verdict> {
     let (plan, made) = make(renderer, scene, request)?;
-    let (bounds, lists) = twin(&plan, &made);
-    let differ = lists.offsets != made.cells.offsets || lists.lights != made.cells.lights;
     let counts = made.judge(&plan);
     Ok(Verdict {
-        wrong: usize::from(bounds != made.bounds) + usize::from(differ) + made.violations.len(),
+        wrong: unlike_twin(&plan, &made) + made.violations.len(),
         missed: (counts.missed_pairs + counts.unordered + counts.foreign + made.cells.overflowed()) as usize,
         pairs: made.cells.lights.len(),
     })

@@ -1,5 +1,6 @@
 //! Hard cases and equalities as rows that anyone can run on their driver: `check` prints them, tests assert them.
 
+mod agreement;
 mod bytes;
 mod clusters;
 mod deferred;
@@ -11,6 +12,7 @@ mod light_tree;
 mod list_sort;
 mod lists;
 mod million;
+mod octahedral;
 mod oracle;
 mod prims;
 mod shapes;
@@ -71,6 +73,9 @@ pub const ALL: &[(&str, Check)] = &[
     ("prepass", equalities::prepass),
     ("fetch", equalities::fetch),
     ("still", equalities::still),
+    ("agreement", agreement::agreement),
+    ("fetches", agreement::fetches),
+    ("octahedral", octahedral::octahedral),
     ("sort", prims::sort),
     ("scan", prims::scan),
     ("tiled", lists::tiled),
@@ -79,12 +84,14 @@ pub const ALL: &[(&str, Check)] = &[
     ("waste", waste::waste),
     ("twenty_runs", bytes::twenty_runs),
     ("given_bounds", bytes::given_bounds),
+    ("given_depth", bytes::given_depth),
     ("clustered", clusters::clustered),
     ("cluster_lists", clusters::cluster_lists),
     ("cluster_waste", clusters::cluster_waste),
     ("cluster_slices", clusters::cluster_slices),
     ("cluster_cases", clusters::cluster_cases),
     ("cluster_trees", clusters::cluster_trees),
+    ("cluster_normals", clusters::cluster_normals),
     ("deferred", deferred::deferred),
     ("markers", deferred::markers),
     ("volumes", deferred::volumes),

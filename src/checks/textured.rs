@@ -255,6 +255,40 @@ pub fn maps(renderer: &Renderer) -> Result<Vec<Row>> {
     rows(renderer, cases)
 }
 
+/// Sheets with every map and texture transform beside one that no light changes, and with a mask: for techniques to agree on.
+pub(super) fn mixed() -> [(&'static str, Scene); 2] {
+    let map = |image: usize| Some(turned(texture(image, TRILINEAR)));
+    let all = Material {
+        base_color_texture: map(0),
+        metallic_roughness_texture: map(1),
+        occlusion_texture: Some(Texture { uv_set: 1, ..texture(2, TRILINEAR) }),
+        emissive_texture: Some(texture(0, NEAREST)),
+        emissive: [0.5; 3],
+        normal_texture: map(3),
+        normal_scale: 0.7,
+        occlusion_strength: 0.6,
+        double_sided: true,
+        ..Material::default()
+    };
+    let rough = image([[20, 150, 60, 255], [60, 190, 120, 255]], 8);
+    let images = vec![
+        image(COLORS, 7),
+        rough,
+        image([[100; 4], [255; 4]], 9),
+        image([[96, 96, 235, 255], [160, 160, 255, 255]], 11),
+    ];
+    let mut lit = pair(scene(sheet(0.65), all, images), sheet(0.65));
+    lit.materials.push(Material { unlit: true, base_color_texture: map(0), ..dielectric() });
+    lit.meshes[1].material = 1;
+    let mut masked = painted(sheet(1.3), texture(0, TRILINEAR));
+    for (texel, rgba) in masked.images[0].rgba8.chunks_exact_mut(4).enumerate() {
+        let (x, y) = (texel as u32 % SIDE, texel as u32 / SIDE);
+        rgba[3] = if (x / 16 + y / 16).is_multiple_of(2) { 255 } else { 0 };
+    }
+    masked.materials[0].alpha = AlphaMode::Mask(0.5);
+    [("maps and unlit", lit), ("mask", masked)]
+}
+
 /// Alpha masks, blending (drawn opaque), vertex colours, unlit and double-sided materials.
 pub fn modes(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut holes = painted(sheet(1.3), texture(0, TRILINEAR));

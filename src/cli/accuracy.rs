@@ -67,4 +67,6 @@ pub enum KnobName {
     Accumulation,
     /// How deep clusters are, and with it the bits of their keys.
     Slices,
+    /// Whether clusters tell normals apart.
+    ClusterNormals,
 }

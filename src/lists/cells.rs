@@ -7,8 +7,6 @@ use crate::measure::picture::Picture;
 use crate::plan::{Clusters, Tiles};
 use crate::reference::cluster_keys;
 use crate::reference::light_pairs::{Lists, NO_CELL, Oracle, PairCounts};
-use crate::scene::lighting::ResolvedLight;
-use crate::scene::view::View;
 
 /// Lists of cells, and which cell each pixel reads.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -83,10 +81,10 @@ impl Cells {
         self.offsets.iter().skip(1).filter(|&&end| end as usize > self.capacity).count() as u64
     }
 
-    /// Judges the lists by the f64 oracle. `lights` in the order of ids; `depth` as stored, one value a pixel of the view.
-    pub fn judge(&self, lights: &[ResolvedLight], view: &View, depth: &[f32]) -> PairCounts {
+    /// Judges the lists by the f64 oracle; `depth` as stored, one value a pixel of the oracle's view.
+    pub fn judge(&self, oracle: Oracle, depth: &[f32]) -> PairCounts {
         let lists = Lists { cell_of_sample: &self.cell_of_sample, offsets: &self.offsets, lights: &self.lights };
-        Oracle::new(lights, view).count(depth, &lists)
+        oracle.count(depth, &lists)
     }
 
     /// Entries of the list that each pixel reads; NaN where it reads none.

@@ -37,7 +37,7 @@ fn cells() -> Cells {
 }
 
 fn counters(cells: &Cells) -> Counters {
-    Counters::new(cells, &cells.judge(&lights(), &view(), &DEPTH), 1)
+    Counters::new(cells, &cells.judge(Oracle::new(&lights(), &view()), &DEPTH), 1)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Arithmetic that decides membership in lists: the CPU's side of `glsl/inc/cull.glsl`, to the bit. Only operations that IEEE 754
 //! rounds one way; nothing here may be fused or reordered, and Rust does neither.
 
-use crate::shared::{DISTANCE_SLACK, FAR_LIMIT, TileGrid};
+use crate::shared::{DISTANCE_SLACK, FAR_LIMIT, SLOT_SLACK, TileGrid};
 
 /// 1 / x for x in [1e-37, 1e37], within 4 ulp: a line through the exponent's bits, then three steps of Newton's iteration.
 pub fn reciprocal(x: f32) -> f32 {
@@ -16,7 +16,7 @@ pub fn reciprocal(x: f32) -> f32 {
 /// may differ by.
 pub fn distance_range(grid: &TileGrid, depth: f32) -> [f32; 2] {
     let (low, high) = if grid.perspective != 0 {
-        let y = reciprocal((depth + grid.depth_scale).max(1e-37));
+        let y = reciprocal((depth + grid.depth_scale).clamp(1e-37, 1e30));
         let d = grid.depth_offset * y;
         // 1 - e <= 1 / (1 + e), and 1 / (1 - e) <= 1 + 2 e up to a half.
         let e = grid.depth_slack * y;
@@ -37,6 +37,17 @@ pub fn slots_a_metre(near: f32, far: f32, slots: u32) -> f32 {
 /// The slot that holds distance `d`. It never descends as d grows, whatever is rounded, and that is all that a mask needs.
 pub fn depth_slot(near: f32, slots_a_metre: f32, d: f32, slots: u32) -> u32 {
     ((d - near) * slots_a_metre).clamp(0.0, (slots - 1) as f32) as u32
+}
+
+/// Distances between which everything lies that [`depth_slot`] puts into slots `first` to `last`, of a power of two: its inverse, widened by more than it may
+/// round. A slot is found from `(d - near) * slots * reciprocal(far - near)`, which is off by less than 2^-20 of itself.
+pub fn slot_distances([near, far]: [f32; 2], slots: u32, first: u32, last: u32) -> [f32; 2] {
+    let step = (far - near) * (1.0 / slots as f32);
+    let (a, b) = (first as f32 * step, (last + 1) as f32 * step);
+    let (begin, end) = (near + a, near + b);
+    let low = begin - (a * SLOT_SLACK + begin.abs() * DISTANCE_SLACK);
+    let high = end + (b * SLOT_SLACK + end.abs() * DISTANCE_SLACK);
+    [low, if last + 1 < slots { high } else { far }]
 }
 
 /// Bits `first` to `last` of a 64-bit mask.
@@ -93,6 +104,26 @@ mod tests {
         assert_eq!(last, 31);
         assert_eq!(depth_slot(2.0, slots_a_metre(2.0, 2.0, 32), 2.0, 32), 0);
         assert_eq!(depth_slot(-1e18, slots_a_metre(-1e18, 1e18, 64), 1e18, 64), 63);
+    }
+
+    #[test]
+    fn distances_of_slots_hold_what_is_in_them() {
+        let mut random = Random::new(3);
+        let mut tightest = f32::INFINITY;
+        for round in 0..200_000 {
+            let near = if round % 3 == 0 { random.range(-50.0, 50.0) } else { random.range(-9.0, 9.0).exp() } as f32;
+            let far = near + random.range(-20.0, 9.0).exp() as f32;
+            let slots = if round % 2 == 0 { 32 } else { 64 };
+            let scale = slots_a_metre(near, far, slots);
+            let d = (near + random.unit_f64() as f32 * (far - near)).clamp(near, far);
+            // On a boundary of slots, as far as floats go, every other time.
+            let d = if round % 4 < 2 { (near + ((d - near) * scale).round() / scale).clamp(near, far) } else { d };
+            let slot = depth_slot(near, scale, d, slots);
+            let [low, high] = slot_distances([near, far], slots, slot, slot);
+            assert!(low <= d && d <= high, "{near} {far}: {d} in slot {slot}, {low} to {high}");
+            tightest = tightest.min((high - low) / ((far - near) / slots as f32).max(near.abs() * 1e-5));
+        }
+        assert!(tightest < 1.001, "{tightest}");
     }
 
     #[test]

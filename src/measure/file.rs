@@ -77,12 +77,21 @@ pub fn check_place(path: &Path) -> Result<()> {
 /// # Errors
 /// See [`write()`].
 pub fn write_png(path: &Path, size: [u32; 2], rgba8: &[u8], notes: &[(String, String)]) -> Result<()> {
+    let bytes = png(size, rgba8).map_err(|e| e.within(path.display()))?;
+    write(path, &with_text(bytes, notes))
+}
+
+/// A PNG file of RGBA bytes, rows from the top.
+///
+/// # Errors
+/// Another number of bytes than `size` has.
+pub fn png(size: [u32; 2], rgba8: &[u8]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
     encoder
         .write_image(rgba8, size[0], size[1], image::ExtendedColorType::Rgba8)
-        .map_err(|e| Error::new(format!("{} could not be encoded: {e}", path.display())))?;
-    write(path, &with_text(bytes, notes))
+        .map_err(|e| Error::new(format!("a PNG could not be encoded: {e}")))?;
+    Ok(bytes)
 }
 
 /// PNG bytes with iTXt chunks after the header (PNG specification, 11.3.4.5).

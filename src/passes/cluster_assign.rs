@@ -1,7 +1,7 @@
 //! Light assignment: which lights touch a cluster, in id order (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
 //!
-//! Reads: tile grid, lights to cull, candidates (lists of tiles; `cluster_walk` has those from the light hierarchy), tile edges, slices;
-//! keys and boxes of clusters, where there are any. Writes: cluster lists and where each begins. Steps: cells (what is asked of each
+//! Reads: tile grid, lights to cull, candidates (lists of tiles; `cluster_walk` has those from the light hierarchy), tile edges, slices
+//! and directions; keys and boxes of clusters, where there are any. Writes: cluster lists and where each begins. Steps: cells (what is asked of each
 //! cluster, in one image), count, scan, fill; groups of 64, a thread a cluster, as many groups as the device finds clusters. Limits: the
 //! plan sizes the lists for the most there can be. CPU twin: `reference/cluster_assign.rs`.
 
@@ -19,7 +19,7 @@ use crate::graph::{BufferHandle, Contents, Graph, ImageHandle, Lifetime, Work};
 use crate::plan::assign::TreeSource;
 use crate::plan::{ClusterBounds, Clusters, Tiles};
 use crate::shaders::cluster::{cluster_cells, cluster_count, cluster_fill};
-use crate::shared::{ASSIGN_TILE, ASSIGN_TREE, CELL_TEXELS, CELLS_WIDE};
+use crate::shared::{ASSIGN_TILE, ASSIGN_TREE};
 
 /// Clusters that own samples.
 #[derive(Debug, Clone, Copy)]
@@ -95,7 +95,8 @@ pub(super) fn explicit(clusters: &Clusters) -> bool {
 }
 
 fn cells(graph: &mut Graph, inputs: &Inputs, counted: &Counted) -> ImageHandle {
-    let size = [CELLS_WIDE * CELL_TEXELS, inputs.clusters.grid.capacity.div_ceil(CELLS_WIDE).max(1)];
+    let [wide, texels] = inputs.clusters.cells();
+    let size = [wide * texels, inputs.clusters.grid.capacity.div_ceil(wide).max(1)];
     let cells = graph.image("cluster_cells", vk::Format::R32G32B32A32_UINT, size, Lifetime::Transient);
     let (assign, offsets) = match inputs.candidates {
         Candidates::Tiles(lists) => (ASSIGN_TILE, Some(lists.offsets)),
@@ -113,8 +114,12 @@ fn cells(graph: &mut Graph, inputs: &Inputs, counted: &Counted) -> ImageHandle {
         cluster_bounds: ComputeStorageRead(inputs.keyed.map_or(any, |keyed| keyed.bounds)),
         cluster_cells: ComputeImageWrite(cells, Contents::Discarded),
     };
-    let spec =
-        cluster_cells::Spec { DENSE: inputs.keyed.is_none(), EXPLICIT: explicit(inputs.clusters), ASSIGN: assign };
+    let spec = cluster_cells::Spec {
+        DENSE: inputs.keyed.is_none(),
+        EXPLICIT: explicit(inputs.clusters),
+        ASSIGN: assign,
+        BY_NORMAL: inputs.clusters.by_normal(),
+    };
     let work = dispatch_groups(&cluster_cells::PROGRAM, spec.values(), set.list(), counted.groups);
     graph.add("cluster_cells", work);
     cells
@@ -138,6 +143,7 @@ fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &C
         CULL_FETCH: cull_fetch(inputs.tiles),
         LIST_FETCH: list_fetch(inputs.tiles),
         EXPLICIT: explicit(inputs.clusters),
+        BY_NORMAL: inputs.clusters.by_normal(),
     };
     let constants = spec.values();
     let work = dispatch_groups(&cluster_count::PROGRAM, constants.clone(), set.list(), counted.groups);

@@ -1,7 +1,7 @@
 //! Cluster index: the cluster of each sample and, for explicit bounds, the view-space box of each cluster's samples (O. Olsson,
 //! M. Billeter, U. Assarsson, HPG 2012, sections 3.2 and 3.3).
 //!
-//! Reads: tile grid, cluster grid, depth, entries. Writes: an R32_UINT image of a texel a sample (`NO_CLUSTER` for the sky), and
+//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions, entries. Writes: an R32_UINT image of a texel a sample (`NO_CLUSTER` for the sky), and
 //! `BOX_WORDS` floats a cluster. Groups of 64, a thread a block, which owns its entries; where tiles have several blocks a second step, a
 //! thread a cluster, takes the least and greatest of its entries, in any order the same. A box holds the pixels' squares at the distances
 //! that their stored depths may mean, so the position that is shaded lies inside. Limits: none of its own. CPU twin:
@@ -48,8 +48,9 @@ pub fn add(graph: &mut Graph, inputs: &Inputs, entries: &Entries, merged: Option
         entry_clusters: ComputeStorageRead(merged.map_or(entries.block_offsets, |m| m.entry_clusters)),
         entry_bounds: ComputeStorageWrite(entry_bounds),
         cluster_index: ComputeImageWrite(index, Contents::Discarded),
+        cluster_normals: ComputeSampled(inputs.normals, nearest_sampler()),
     };
-    let spec = cluster_index::Spec { EXPLICIT: explicit, MERGED: merged.is_some() };
+    let spec = cluster_index::Spec { EXPLICIT: explicit, MERGED: merged.is_some(), BY_NORMAL: clusters.by_normal() };
     let work = dispatch(&cluster_index::PROGRAM, spec.values(), set.list(), rows(grid.block_count));
     graph.add("cluster_index", work);
     let Some(merged) = merged.filter(|_| explicit) else { return Indexed { index, bounds: entry_bounds } };

@@ -1,9 +1,9 @@
-//! Cluster keys: the clusters that own samples, in ascending order of tile and slice (O. Olsson, M. Billeter, U. Assarsson, "Clustered
+//! Cluster keys: the clusters that own samples, in ascending order of tile, slice and, where asked for, direction (O. Olsson, M. Billeter, U. Assarsson, "Clustered
 //! Deferred and Forward Shading", HPG 2012, section 3).
 //!
-//! Reads: tile grid, cluster grid, depth. Writes: keys of each block and where they lie among those of all blocks, all of them side by
+//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions. Writes: keys of each block and where they lie among those of all blocks, all of them side by
 //! side, their number. Steps: sort the keys of each block, each once (groups of 64, a thread a block of at most 256 samples: a serial run
-//! is what CPU drivers are fastest at), scan, compact. Sky has no key. Limits: the plan sizes a block for a key a sample or a slice.
+//! is what CPU drivers are fastest at), scan, compact. Sky has no key. Limits: the plan sizes a block for a key a sample, or a slice and direction.
 //! CPU twin: `reference/cluster_keys.rs`.
 
 use super::group_count::{self, Counted, rows};
@@ -26,6 +26,8 @@ pub struct Inputs<'a> {
     pub cluster_grid: BufferHandle,
     /// D32F, reversed.
     pub depth: ImageHandle,
+    /// Codes of normals where the plan's clusters tell directions; else any image of integers, which is not read.
+    pub normals: ImageHandle,
 }
 
 /// Entries: a key that a block has. They lie in the order of blocks.
@@ -80,8 +82,10 @@ pub fn add(graph: &mut Graph, inputs: &Inputs) -> Entries {
         depth: ComputeSampled(inputs.depth, nearest_sampler()),
         block_keys: ComputeStorageReadWrite(block_keys),
         block_counts: ComputeStorageWrite(counts),
+        cluster_normals: ComputeSampled(inputs.normals, nearest_sampler()),
     };
-    graph.add("cluster_keys", dispatch(&cluster_keys::PROGRAM, Vec::new(), set.list(), rows(blocks)));
+    let spec = cluster_keys::Spec { BY_NORMAL: clusters.by_normal() };
+    graph.add("cluster_keys", dispatch(&cluster_keys::PROGRAM, spec.values(), set.list(), rows(blocks)));
     let block_offsets = scan::add(graph, "block", counts, blocks);
     let total = add_total(graph, "entry_total", block_offsets, blocks, None);
     let counted = group_count::add(graph, "entry", total, grid.entry_capacity, 1);

@@ -3,9 +3,12 @@
 use super::cluster_assign::{self, Candidates, Keyed};
 use super::tile_cull::Lists;
 use super::{ClusterHandles, Frame, SceneHandles, TileHandles, cluster_index, cluster_keys, cluster_unique};
-use super::{depth_prepass, light_tree, read_back, tile_lists};
+use super::{depth_prepass, gbuffer, light_tree, read_back, tile_lists};
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::plan::{Clusters, Plan, Tiles};
+
+/// Layer of [`cluster_frame`]: the codes of normals that directions come from.
+pub const NORMAL_CODES: &str = "normal_codes";
 
 /// What a plan with clusters has.
 #[derive(Debug, Clone, Copy)]
@@ -47,8 +50,9 @@ pub struct ClusterLists {
     pub keyed: Option<Keyed>,
 }
 
-/// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so.
-pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>) -> ClusterLists {
+/// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so; `normals` are the codes of
+/// a compact G-buffer, where clusters tell directions.
+pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals: Option<ImageHandle>) -> ClusterLists {
     let Parts { tiles, tile_handles, clusters, handles } = *parts;
     let (candidates, tile_bounds) = match &clusters.tree {
         Some(source) => (Candidates::Tree(source, light_tree::add(graph, tiles, &source.tree, tile_handles)), None),
@@ -59,7 +63,8 @@ pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>) -> Clus
     };
     let made = depth.filter(|_| clusters.keyed).map(|depth| {
         let (tile_grid, cluster_grid) = (tile_handles.grid, handles.grid);
-        let inputs = cluster_keys::Inputs { clusters, tile_grid, cluster_grid, depth };
+        let normals = normals.filter(|_| clusters.by_normal()).unwrap_or(tile_handles.no_bounds);
+        let inputs = cluster_keys::Inputs { clusters, tile_grid, cluster_grid, depth, normals };
         let entries = cluster_keys::add(graph, &inputs);
         let merged = clusters.merged.then(|| cluster_unique::add(graph, clusters, &entries));
         let indexed = cluster_index::add(graph, &inputs, &entries, merged.as_ref());
@@ -79,9 +84,24 @@ pub fn cluster_frame(plan: &Plan) -> Option<Frame> {
     let scene = SceneHandles::declare(&mut graph, plan);
     let parts = Parts::of(plan, &scene)?;
     let depth = depth_prepass::add(&mut graph, plan, &scene);
-    let made = add(&mut graph, &parts, Some(depth));
+    let planned = plan.deferred.as_ref().filter(|_| parts.clusters.by_normal());
+    let layers = planned.map(|deferred| gbuffer::add(&mut graph, plan, &deferred.gbuffer, &scene, Some(depth)));
+    let normals = layers.map(|layers| layers.normals);
+    let results = add_and_leave(&mut graph, &parts, depth, normals);
+    Some(Frame { graph, scene, results })
+}
+
+/// Every step, and the end of a frame that leaves clusters and lists with what they were made from.
+pub(super) fn add_and_leave(
+    graph: &mut Graph,
+    parts: &Parts,
+    depth: ImageHandle,
+    normals: Option<ImageHandle>,
+) -> Vec<(&'static str, BufferHandle)> {
+    let made = add(graph, parts, Some(depth), normals);
     graph.end_frame();
     let mut images = vec![("depth", depth)];
+    images.extend(normals.map(|normals| (NORMAL_CODES, normals)));
     images.extend(made.tile_bounds.map(|bounds| ("tile_bounds", bounds)));
     images.extend(made.index.map(|index| ("cluster_index", index)));
     let mut buffers: Vec<(&'static str, BufferHandle)> =
@@ -94,8 +114,7 @@ pub fn cluster_frame(plan: &Plan) -> Option<Frame> {
             [("cluster_total", keyed.counted.total), ("cluster_keys", keyed.keys), ("cluster_bounds", keyed.bounds)];
         buffers.extend(of_clusters);
     }
-    let results = read_back::add_all(&mut graph, &images, &buffers);
-    Some(Frame { graph, scene, results })
+    read_back::add_all(graph, &images, &buffers)
 }
 
 #[cfg(test)]

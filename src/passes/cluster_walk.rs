@@ -72,6 +72,7 @@ fn count(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, counts: Buffer
         EXPLICIT: explicit(assign.clusters),
         CULL: cull_constant(assign.tiles.cull),
         TREE_FETCH: tree_fetch(&source.tree),
+        BY_NORMAL: assign.clusters.by_normal(),
     };
     let work = dispatch_groups(&cluster_walk_count::PROGRAM, spec.values(), set.list(), each_walk.groups);
     graph.add("cluster_walk_count", work);
@@ -96,6 +97,7 @@ fn fill(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, lists: Lists) {
         EXPLICIT: explicit(assign.clusters),
         CULL: cull_constant(assign.tiles.cull),
         TREE_FETCH: tree_fetch(&source.tree),
+        BY_NORMAL: assign.clusters.by_normal(),
     };
     let work = dispatch_groups(&cluster_walk_fill::PROGRAM, spec.values(), set.list(), each_walk.groups);
     graph.add("cluster_walk_fill", work);

@@ -15,7 +15,7 @@ pub mod depth_prepass;
 pub mod depth_reduce;
 pub mod forward;
 pub mod gbuffer;
-pub mod given_bounds;
+pub mod given;
 pub mod group_count;
 pub mod layout_probe;
 pub mod light_markers;
@@ -23,6 +23,7 @@ pub mod light_parts;
 pub mod light_tree;
 pub mod light_volumes;
 pub mod list_sort;
+pub mod octahedral_probe;
 pub mod radix_sort;
 pub mod read_back;
 mod resources;
@@ -40,10 +41,10 @@ use crate::graph::program::Program;
 use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, ImageHandle, SamplerState, Work};
 use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, Tiles};
 
-pub use cluster_lists::cluster_frame;
+pub use cluster_lists::{NORMAL_CODES, cluster_frame};
 pub use gbuffer::gbuffer_frame;
-pub use given_bounds::given_bounds_frame;
-pub use resources::{ClusterHandles, GivenBounds, SceneHandles, TileHandles};
+pub use given::{given_bounds_frame, given_depth_frame};
+pub use resources::{ClusterHandles, Given, SceneHandles, TileHandles};
 
 /// Depth format: 32-bit float, reversed.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -88,8 +89,19 @@ pub fn list_frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
     let depth = depth_prepass::add(&mut graph, plan, &scene);
+    let results = add_and_leave_lists(&mut graph, plan, &scene, depth);
+    Frame { graph, scene, results }
+}
+
+/// Lists of tiles, where there are any, and the end of a frame that leaves them with the depths they were made from.
+fn add_and_leave_lists(
+    graph: &mut Graph,
+    plan: &Plan,
+    scene: &SceneHandles,
+    depth: ImageHandle,
+) -> Vec<(&'static str, BufferHandle)> {
     let tiles = plan.tiles.as_ref().zip(scene.tiles.as_ref());
-    let made = tiles.map(|(tiles, handles)| tile_lists(&mut graph, tiles, handles, Some(depth)));
+    let made = tiles.map(|(tiles, handles)| tile_lists(graph, tiles, handles, Some(depth)));
     graph.end_frame();
     let (mut images, mut buffers) = (vec![("depth", depth)], Vec::new());
     if let Some(made) = made {
@@ -97,8 +109,7 @@ pub fn list_frame(plan: &Plan) -> Frame {
         buffers.extend([("bin_lights", made.bins.lights), ("bin_ranges", made.bins.ranges)]);
         buffers.extend([("list_offsets", made.lists.offsets), ("list_lights", made.lists.lights)]);
     }
-    let results = read_back::add_all(&mut graph, &images, &buffers);
-    Frame { graph, scene, results }
+    read_back::add_all(graph, &images, &buffers)
 }
 
 /// Everything that list making leaves.
@@ -122,7 +133,7 @@ fn lit(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<Ima
     let target = match (&plan.deferred, clusters, &plan.tiles, &scene.tiles) {
         (Some(planned), ..) => deferred(graph, plan, planned, scene, prepass),
         (None, Some(parts), ..) => {
-            let made = cluster_lists::add(graph, &parts, prepass);
+            let made = cluster_lists::add(graph, &parts, prepass, None);
             clustered_forward::add(graph, plan, scene, &clustered_forward::Inputs { parts, made, prepass })
         }
         (None, None, Some(tiles), Some(handles)) => {
@@ -154,7 +165,7 @@ fn deferred(
             radiance
         }
         (LightPass::Clusters, Some(parts), ..) => {
-            let made = cluster_lists::add(graph, &parts, prepass);
+            let made = cluster_lists::add(graph, &parts, prepass, Some(layers.normals));
             clustered_deferred::add(graph, plan, scene, &clustered_deferred::Inputs { parts, made, planned, layers })
         }
         (&LightPass::Tiles { pixels_a_thread }, _, Some(tiles), Some(handles)) => {

@@ -38,12 +38,14 @@ pub struct ClusterHandles {
     pub slices: BufferHandle,
 }
 
-/// Tile bounds that are uploaded instead of reduced from depths.
-pub struct GivenBounds {
-    /// A texel a tile.
+/// What is uploaded instead of drawn: tile bounds, or depths.
+pub struct Given {
+    /// A texel a tile, or a pixel.
     pub image: ImageHandle,
-    /// As depth reduction stores them, row-major.
-    pub texels: Vec<[u32; 4]>,
+    /// Its texels.
+    pub size: [u32; 2],
+    /// As the device would have stored them, row-major.
+    pub bytes: Vec<u8>,
 }
 
 /// Handles of everything that is filled before the first frame.
@@ -68,8 +70,8 @@ pub struct SceneHandles {
     pub tiles: Option<TileHandles>,
     /// Where the plan has clusters.
     pub clusters: Option<ClusterHandles>,
-    /// Where lists are made from bounds that are given.
-    pub given_bounds: Option<GivenBounds>,
+    /// Where lists are made from what is given.
+    pub given: Option<Given>,
     /// Corners of the mesh that light volumes and markers are made of.
     pub corners: Option<BufferHandle>,
     /// Array of `LightVolume`, where the plan has volumes.
@@ -148,9 +150,9 @@ impl SceneHandles {
             }),
             clusters: plan.clusters.as_ref().map(|clusters| ClusterHandles {
                 grid: graph.buffer("cluster_grid", size_of::<ClusterGrid>() as u64, fixed),
-                slices: graph.buffer("cluster_slices", clusters.slices.len() as u64 * 16, fixed),
+                slices: graph.buffer("cluster_slices", clusters.slice_texels().len() as u64 * 16, fixed),
             }),
-            given_bounds: None,
+            given: None,
             corners: (volumes.is_some() || markers > 0)
                 .then(|| graph.buffer("corners", u64::from(ICOSPHERE_CORNERS) * 16, fixed)),
             light_volumes: volumes

@@ -9,11 +9,14 @@
 //! taken twice as deep until it does not.
 
 use super::assign::{self, TreeSource};
-use super::{AssignChoice, ClusterBounds, CullTest, DepthBounds, Limits, Request, Technique, Tiles};
+use super::{AssignChoice, ClusterBounds, CullTest, DepthBounds, GbufferLayout, Limits, Request, Technique, Tiles};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::scene::view::View;
-use crate::shared::{BIN_TILES, BOX_WORDS, CELL_TEXELS, CELLS_WIDE, CULL_TEXELS, ClusterGrid, FAR_LIMIT, TileGrid};
+use crate::shared::{
+    BIN_TILES, BOX_WORDS, CELL_TEXELS, CELLS_WIDE, CULL_TEXELS, ClusterGrid, FAR_LIMIT, NORMAL_CELL_TEXELS,
+    NORMAL_CELLS_WIDE, TileGrid,
+};
 
 /// What the plan decided about clusters.
 #[derive(Debug, Clone)]
@@ -22,6 +25,8 @@ pub struct Clusters {
     pub grid: ClusterGrid,
     /// Nearest and farthest distance of each slice, metres: between them lie the distances of every depth that it holds.
     pub slices: Vec<[f32; 4]>,
+    /// Least and greatest normal of each direction that clusters tell, two texels each; empty where they tell none.
+    pub directions: Vec<[f32; 4]>,
     /// What bounds a cluster.
     pub bounds: ClusterBounds,
     /// Clusters are made of the samples that a pre-pass leaves; else every slice of every tile is one.
@@ -45,8 +50,8 @@ pub struct Clusters {
 /// Pixels along each side of a block: a thread walks through at most 256 samples.
 const BLOCK: u32 = 16;
 
-/// Most slices: a key holds one in 8 bits.
-const MOST_SLICES: u32 = 256;
+/// Most slices: a key holds one in 9 bits.
+const MOST_SLICES: u32 = 512;
 
 /// Relative error of `cull::distance_range` against f64 is less: 2^-21 of the reciprocal, in the distance and once more in its slack,
 /// `DISTANCE_SLACK` 2^-20, and a few roundings of 2^-24.
@@ -82,17 +87,31 @@ pub(super) fn asked(technique: Technique, request: Request) -> Result<Request> {
         // Lists of tiles alone know depth bounds.
         (AssignChoice::Auto, Some(_)) | (AssignChoice::Tiles, _) => AssignChoice::Tiles,
     };
-    if request.cluster_normals && technique == Technique::ClusteredDeferred {
-        return Err(Error::usage("--cluster-normals has not landed: keys are made of tile and slice alone"));
+    let least = technique.clusters().then_some(DepthBounds::MinMax);
+    Ok(Request { depth_bounds: request.depth_bounds.or(least), assign, ..request })
+}
+
+/// Refuses clusters that tell directions where no codes of normals are, or no samples. `request` is what was typed.
+///
+/// # Errors
+/// Such a request.
+pub(super) fn check_normals(technique: Technique, request: &Request) -> Result<()> {
+    if !request.cluster_normals {
+        return Ok(());
     }
-    if request.cluster_normals {
+    if technique != Technique::ClusteredDeferred {
         let name = technique.name();
         return Err(Error::usage(format!(
             "--cluster-normals is for clusters over a G-buffer, which {name} does not make"
         )));
     }
-    let least = technique.clusters().then_some(DepthBounds::MinMax);
-    Ok(Request { depth_bounds: request.depth_bounds.or(least), assign, ..request })
+    if !request.prepass {
+        return Err(Error::usage("--cluster-normals is for clusters that are made of samples: it needs a pre-pass"));
+    }
+    if request.gbuffer != GbufferLayout::Compact {
+        return Err(Error::usage("--cluster-normals reads the codes of normals, which --gbuffer fat does not store"));
+    }
+    Ok(())
 }
 
 impl Clusters {
@@ -108,7 +127,12 @@ impl Clusters {
             ));
         }
         let mut refused = None;
-        for sliced in slicings(request, tiles, view, extent) {
+        // Fewer directions first, then fewer slices with all directions again. Without a sample there are none.
+        let directions: &[u32] = if request.cluster_normals && request.prepass { &directions::BITS } else { &[0] };
+        let sliced = slicings(request, tiles, view, extent).into_iter();
+        for sliced in
+            sliced.flat_map(|grid| directions.iter().map(move |&direction_bits| ClusterGrid { direction_bits, ..grid }))
+        {
             let mut clusters = Self::sized(request, tiles, view, &reaches, sliced);
             let source = clusters.check(tiles, limits).and_then(|()| {
                 clusters.longest_list = longest::longest_list(tiles, &clusters.slices, limits);
@@ -117,6 +141,9 @@ impl Clusters {
             match source {
                 Ok((tree, why)) => {
                     clusters.tree = tree;
+                    if clusters.grid.direction_bits > 0 {
+                        clusters.directions = directions::table(request.normal_bits, clusters.grid.direction_bits);
+                    }
                     clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
                     clusters.why = format!("{}; {why}", clusters.explain(refused.is_some()));
                     return Ok(clusters);
@@ -133,11 +160,14 @@ impl Clusters {
         let e = view.lens.extents();
         let block = tile.min(BLOCK);
         let parts = tile / block;
-        let most_keys = |side: u32| sliced.slices.min(side * side);
-        let room = |side: u32| room(&tiles.grid, side, sliced.slices);
+        let (direction_bits, normal_bits) = (sliced.direction_bits, request.normal_bits);
+        let most = sliced.slices << direction_bits;
+        let most_keys = |side: u32| most.min(side * side);
+        let room = |side: u32| room(&tiles.grid, side, most);
         let dense = u64::from(tiles.count_tiles()) * u64::from(sliced.slices);
         let grid = ClusterGrid {
-            slice_bits: bits(sliced.slices),
+            slice_bits: bits(sliced.slices) + direction_bits,
+            direction_shift: directions::shift(normal_bits, direction_bits),
             block,
             tile_parts: parts,
             block_count: tiles.count_tiles() * parts * parts,
@@ -151,7 +181,8 @@ impl Clusters {
         let slices = slice_table(&tiles.grid, &grid);
         let in_tile = if keyed { most_keys(tile) } else { grid.slices };
         Self {
-            pairs: pairs(reaches, &slices, in_tile),
+            pairs: pairs(reaches, &slices, direction_bits, in_tile),
+            directions: Vec::new(),
             key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
             bounds: request.cluster_bounds_or_default(),
             merged: keyed && parts > 1,
@@ -170,14 +201,38 @@ impl Clusters {
         let [blocks, entries, clusters] =
             [self.grid.block_count, self.grid.entry_capacity, self.grid.capacity].map(u64::from);
         // Cells, counts and offsets.
-        let assigned = clusters * (4 * u64::from(CELL_TEXELS) + 2) + self.pairs;
+        let assigned = clusters * (4 * u64::from(self.cells()[1]) + 2) + self.pairs;
         let keys = blocks * (u64::from(self.grid.block_keys) + 2) + clusters;
         let boxes = if self.bounds == ClusterBounds::Explicit { entries * u64::from(BOX_WORDS) } else { 0 };
         // Keys with origins, sorted; two buffers of pairs; heads and their offsets; clusters of entries.
         let sorted = if self.merged { entries * 11 + boxes } else { entries };
         let keyed = if self.keyed { keys + boxes + sorted } else { 0 };
         let tree = self.tree.as_ref().map_or(0, TreeSource::bytes);
-        4 * (assigned + keyed) + self.slices.len() as u64 * 16 + tree
+        4 * (assigned + keyed) + (self.slices.len() + self.direction_texels()) as u64 * 16 + tree
+    }
+
+    /// Clusters in a row of the image that assignment reads, and texels of each.
+    pub fn cells(&self) -> [u32; 2] {
+        if self.by_normal() { [NORMAL_CELLS_WIDE, NORMAL_CELL_TEXELS] } else { [CELLS_WIDE, CELL_TEXELS] }
+    }
+
+    /// Directions of normals that clusters tell; 1 where they tell none.
+    pub fn count_directions(&self) -> u32 {
+        1 << self.grid.direction_bits
+    }
+
+    fn direction_texels(&self) -> usize {
+        if self.by_normal() { 2 * self.count_directions() as usize } else { 0 }
+    }
+
+    /// Clusters tell directions of normals.
+    pub fn by_normal(&self) -> bool {
+        self.grid.direction_bits > 0
+    }
+
+    /// What slices span, and after it what directions do: a texel each, and two.
+    pub fn slice_texels(&self) -> Vec<[f32; 4]> {
+        self.slices.iter().chain(&self.directions).copied().collect()
     }
 
     /// Words of the longer of lists and offsets.
@@ -188,7 +243,12 @@ impl Clusters {
     fn check(&self, tiles: &Tiles, limits: &Limits) -> Result<()> {
         let grid = &self.grid;
         let (width, height, slices) = (tiles.grid.width, tiles.grid.height, grid.slices);
-        let named = format!("clusters of {0}x{0} pixels in {slices} slices across {width}x{height}", tiles.tile);
+        let told = if self.by_normal() {
+            format!(" of {} directions of normals (--cluster-normals)", self.count_directions())
+        } else {
+            String::new()
+        };
+        let named = format!("clusters of {0}x{0} pixels in {slices} slices{told} across {width}x{height}", tiles.tile);
         if self.keyed && self.key_bits > u32::BITS {
             return Err(Error::new(format!("{named} need keys of {} bits, a key has 32", self.key_bits)));
         }
@@ -201,8 +261,9 @@ impl Clusters {
             return Err(Error::new(format!("{named} need {bytes} bytes, this device binds at most {most} at once")));
         }
         let side = limits.max_image_dimension;
-        if CELLS_WIDE * CELL_TEXELS > side || grid.capacity.div_ceil(CELLS_WIDE) > side {
-            let room = u64::from(side) * u64::from(CELLS_WIDE);
+        let [wide, texels] = self.cells();
+        if wide * texels > side || grid.capacity.div_ceil(wide) > side {
+            let room = u64::from(side) * u64::from(wide);
             return Err(Error::new(format!("{named} may be {}, this device's images hold {room}", grid.capacity)));
         }
         Ok(())
@@ -218,7 +279,10 @@ impl Clusters {
             (true, false) => "a tile is one block and keys ascend: no sort",
             (true, true) => "a tile has several blocks: keys are sorted and merged",
         };
-        format!("{slices} slices, {depth}{fewer}; {keys}")
+        let directions = self.count_directions();
+        let told =
+            if self.by_normal() { format!(" of {directions} directions of normals each") } else { String::new() };
+        format!("{slices} slices, {depth}{told}{fewer}; {keys}")
     }
 }
 
@@ -360,7 +424,7 @@ fn reaches(tiles: &Tiles) -> Vec<Reach> {
 }
 
 /// Pairs of cluster and light, at most, where a tile has at most `in_tile` clusters.
-fn pairs(reaches: &[Reach], slices: &[[f32; 4]], in_tile: u32) -> u64 {
+fn pairs(reaches: &[Reach], slices: &[[f32; 4]], direction_bits: u32, in_tile: u32) -> u64 {
     let sorted = |end: usize| {
         let mut ends: Vec<f32> = slices.iter().map(|slice| slice[end]).collect();
         ends.sort_unstable_by(f32::total_cmp);
@@ -371,11 +435,12 @@ fn pairs(reaches: &[Reach], slices: &[[f32; 4]], in_tile: u32) -> u64 {
         // Slices that begin before the light ends, less those that end before it begins.
         let begun = nears.partition_point(|&near| near <= reach.far);
         let ended = fars.partition_point(|&far| far < reach.near);
-        reach.tiles * (begun.saturating_sub(ended) as u64).min(u64::from(in_tile))
+        reach.tiles * ((begun.saturating_sub(ended) as u64) << direction_bits).min(u64::from(in_tile))
     };
     reaches.iter().map(of).sum()
 }
 
+mod directions;
 mod longest;
 #[cfg(test)]
 mod tests;

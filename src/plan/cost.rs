@@ -54,18 +54,25 @@ pub struct Load {
     pub tests: f64,
     /// Pairs of light and pixel that reach, as estimated.
     pub pairs: f64,
+    /// A thread of tiled-deferred may shade four pixels.
+    pub shares: bool,
 }
 
 impl Load {
     /// Of the lights as `view` sees them.
     pub fn new(scene: &Scene, lighting: &Lighting, view: &View, tile: u32) -> Self {
         let pixels = f64::from(view.width) * f64::from(view.height);
-        let mut load = Self { pixels, lights: lighting.lights.len() as f64, ..Self::default() };
+        let mut load = Self { pixels, lights: lighting.lights.len() as f64, shares: true, ..Self::default() };
         let depth = depth_range(scene, view);
         for light in &lighting.lights {
             load.add(light, view, f64::from(tile), depth);
         }
         load
+    }
+
+    /// What a listed light costs a pixel of tiled-deferred.
+    fn tile_pair(&self, profile: &Profile) -> f64 {
+        if self.shares { profile.deferred_pair.min(profile.shared_pair) } else { profile.deferred_pair }
     }
 
     fn add(&mut self, light: &ResolvedLight, view: &View, tile: f64, [near, far]: [f64; 2]) {
@@ -110,11 +117,11 @@ pub fn estimate(profile: &Profile, load: &Load, technique: Technique) -> f64 {
     let clusters = p.clusters_ms * 1e6 + load.pixels * p.cluster;
     let everywhere = load.everywhere * load.pixels;
     let forward = |pairs: f64| (pairs + everywhere) * p.pair;
-    let deferred = |pairs: f64, pair: f64| (pairs + everywhere) * pair + load.pixels * p.gbuffer;
+    let deferred = |pairs: f64, pair: f64| pairs * pair + everywhere * p.deferred_pair + load.pixels * p.gbuffer;
     let nanoseconds = match technique {
         Technique::Forward => (load.lights - load.everywhere) * load.pixels * p.test + forward(load.pairs),
         Technique::TiledForward => lists + forward(listed),
-        Technique::TiledDeferred => lists + deferred(listed, p.deferred_pair.min(p.shared_pair)),
+        Technique::TiledDeferred => lists + deferred(listed, load.tile_pair(p)),
         Technique::ClusteredForward => lists + clusters + forward(listed * CLUSTER_SHARE),
         Technique::ClusteredDeferred => lists + clusters + deferred(listed * CLUSTER_SHARE, p.deferred_pair),
         Technique::Deferred => load.seen * p.volume + load.covered * p.volume_pixel + deferred(0.0, p.deferred_pair),
@@ -132,6 +139,11 @@ pub fn why(profile: &Profile, ranked: &[(Technique, f64)], taken: Technique) -> 
 
 /// Techniques that `auto` may take for a request, best first, with their estimates in milliseconds.
 pub fn ranked(profile: &Profile, load: &Load, request: &Request, limits: &Limits) -> Vec<(Technique, f64)> {
+    let load = &Load { shares: load.shares && request.may_share_lights(), ..*load };
+    if request.cluster_normals {
+        let only = Technique::ClusteredDeferred;
+        return vec![(only, estimate(profile, load, only))];
+    }
     let mut techniques = vec![Technique::Forward, Technique::TiledForward, Technique::ClusteredForward];
     // Without a pre-pass the deferred ones have no depth bounds; what asks for a G-buffer's own options asks for one.
     if request.prepass {
@@ -174,8 +186,16 @@ mod tests {
     #[test]
     fn more_of_anything_never_costs_less() {
         let profile = Profile::lavapipe();
-        let less =
-            Load { pixels: 1e5, everywhere: 1.0, seen: 10.0, lights: 12.0, covered: 1e5, tests: 1e3, pairs: 1e5 };
+        let less = Load {
+            pixels: 1e5,
+            everywhere: 1.0,
+            seen: 10.0,
+            lights: 12.0,
+            covered: 1e5,
+            tests: 1e3,
+            pairs: 1e5,
+            shares: true,
+        };
         let more = Load { pairs: 2e5, tests: 2e3, covered: 3e5, seen: 20.0, lights: 30.0, ..less };
         for technique in [Technique::Forward, Technique::TiledForward, Technique::ClusteredForward, Technique::Deferred]
         {

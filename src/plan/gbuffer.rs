@@ -95,6 +95,10 @@ impl Deferred {
     /// A G-buffer or a loop that this device does not grant, or few bits for a technique that adds nothing by blending.
     pub fn new(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) -> Result<Option<Self>> {
         check_accumulation(plan, request)?;
+        if request.pixels_a_thread.is_some() && plan.technique != Technique::TiledDeferred {
+            let name = plan.technique.name();
+            return Err(Error::usage(format!("--pixels-a-thread is for tiled-deferred, the plan has {name}")));
+        }
         let light_pass = match plan.technique {
             Technique::Deferred => light_pass(plan, request, extent, limits)?,
             Technique::TiledDeferred => LightPass::Tiles { pixels_a_thread: pixels_a_thread(plan, request, limits)? },
@@ -124,10 +128,10 @@ impl Deferred {
 /// As asked, or what the profile has as quicker.
 fn pixels_a_thread(plan: &Plan, request: &Request, limits: &Limits) -> Result<u32> {
     // Four pixels seek in a list together or not at all.
-    let seeks = plan.tiles.as_ref().is_some_and(|tiles| tiles.list_seek);
+    let seeks = plan.lights.seek && plan.tiles.as_ref().is_some_and(|tiles| tiles.list_seek);
     if seeks && request.pixels_a_thread == Some(4) {
         return Err(Error::usage(
-            "--pixels-a-thread 4 needs lists that planes, boxes and depths have culled: --cull frustum-aabb and depth bounds",
+            "--pixels-a-thread 4 needs lists that hold little in vain: --cull frustum-aabb, a pre-pass, and depth bounds",
         ));
     }
     let profile = limits.profile.clone().unwrap_or_default();
@@ -156,7 +160,7 @@ fn light_pass(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) 
     let blends = limits.float_blend || request.accumulation == Accumulation::F16;
     if form == DeferredLights::Volumes && !blends {
         plan.notes.push(
-            "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes"
+            "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes, to the same bits"
                 .into(),
         );
         form = DeferredLights::FullscreenBranch;
@@ -211,6 +215,33 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
 
 #[cfg(test)]
 mod tests {
+    /// Pixels that a thread of tiled-deferred shades.
+    fn pixels(request: Request, shared_pair: f64) -> crate::error::Result<Option<u32>> {
+        let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
+        scene.lights = crate::scene::scatter::point_lights(&scene.bounds(), 8, 1);
+        let profile = crate::plan::profile::Profile { shared_pair, ..Default::default() };
+        let limits = Limits { profile: Some(profile), ..Limits::MINIMUM };
+        let plan = Plan::new(&scene, &Request { width: 32, height: 32, ..request }, &limits)?;
+        Ok(plan.deferred.and_then(|deferred| deferred.pixels_a_thread()))
+    }
+
+    #[test]
+    fn a_thread_shades_as_many_pixels_as_are_quicker_or_asked_for() {
+        let tiled = Request { technique: Technique::TiledDeferred, ..Request::default() };
+        assert_eq!(pixels(tiled.clone(), 0.0).expect("a plan"), Some(4));
+        assert_eq!(pixels(tiled.clone(), 1e9).expect("a plan"), Some(1));
+        for asked in [1, 4] {
+            let request = Request { pixels_a_thread: Some(asked), ..tiled.clone() };
+            assert_eq!(pixels(request, 0.0).expect("a plan"), Some(asked));
+        }
+        let loose = Request { prepass: false, ..tiled.clone() };
+        assert_eq!(pixels(loose.clone(), 0.0).expect("a plan"), Some(1));
+        let refused = pixels(Request { pixels_a_thread: Some(4), ..loose }, 0.0).expect_err("lists seek").to_string();
+        assert!(refused.contains("pre-pass"), "{refused}");
+        let other = Request { technique: Technique::ClusteredDeferred, pixels_a_thread: Some(1), ..tiled };
+        assert!(pixels(other, 0.0).expect_err("another technique").to_string().contains("clustered-deferred"));
+    }
+
     use super::*;
     use crate::scene::{Scene, builtin};
 

@@ -135,6 +135,7 @@ impl Plan {
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         let clustered = technique.clusters();
         let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
+        clusters::check_normals(technique, request)?;
         let request = &clusters::asked(technique, Request { prepass, ..request.clone() })?;
         let extent = extent(scene, &view);
         let mut tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;

@@ -266,7 +266,7 @@ pub struct Request {
     pub slices_per_octave: Option<u32>,
     /// Where clusters find their candidates.
     pub assign: AssignChoice,
-    /// Clusters are made of samples with like normals.
+    /// Clusters tell directions of normals apart, and leave out lights behind all of theirs.
     pub cluster_normals: bool,
     /// How `deferred` adds lights.
     pub deferred_lights: DeferredLights,
@@ -358,6 +358,16 @@ impl Request {
             _ if !self.prepass => DepthBounds::Off,
             asked => asked.unwrap_or(DepthBounds::Mask),
         }
+    }
+
+    /// Lists of tiles hold little in vain: a thread that looks at each light once may shade several pixels of a tile.
+    pub fn culls_tightly(&self) -> bool {
+        self.cull == CullTest::FrustumAabb && self.depth_bounds_or_default() != DepthBounds::Off
+    }
+
+    /// A thread of `tiled-deferred` may shade four pixels.
+    pub fn may_share_lights(&self) -> bool {
+        self.culls_tightly() && self.pixels_a_thread != Some(1)
     }
 
     /// Samples are known only after a pre-pass.

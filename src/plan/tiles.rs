@@ -109,7 +109,7 @@ impl Tiles {
             position_slack: extent * SPACE_SLACK,
             snap_slack: SNAP_STEPS * (-f64::from(limits.sub_pixel_bits)).exp2() * pixel_size(view),
             lights_by_texel: false,
-            list_seek: request.cull != CullTest::FrustumAabb || request.depth_bounds_or_default() == DepthBounds::Off,
+            list_seek: !request.culls_tightly(),
         };
         let lights: Vec<_> = culled.par_iter().map(|light| tiles.cull_texels(light, view, extent)).collect();
         tiles.lights = lights.into_flattened();
@@ -174,7 +174,7 @@ impl Tiles {
         let radius = up(radius);
         [
             [stored.x, stored.y, stored.z, up(f64::from(radius) * f64::from(radius))],
-            [near, far.min(shared::FAR_LIMIT), radius, 0.0],
+            [near, far.min(shared::FAR_LIMIT), radius, up(facing_slack(center, extent))],
             rect,
         ]
     }
@@ -270,6 +270,13 @@ fn pixel_size(view: &View) -> f64 {
 pub(super) fn padded_radius(center: DVec3, range: f64, extent: f64) -> f64 {
     let far_away = center.abs().max_element() + range + extent;
     range * (1.0 + RANGE_SLACK) + far_away * SPACE_SLACK
+}
+
+/// What rounding may take from the scalar product of a normal and the way from a sample to the light, metres. Both lie within `far_away` of
+/// the eye; their difference is off by less than 2^-22 of that (places in f32, and one subtraction), a product of three terms by 2^-21 of
+/// the way's length, and an interval's ends by as much: less than 8 * 2^-20 together.
+fn facing_slack(center: DVec3, extent: f64) -> f64 {
+    ((center.length() + extent) * 8.0 * SPACE_SLACK).min(f64::from(shared::FAR_LIMIT))
 }
 
 /// The smallest f32 that is not below `x`; infinity stays.

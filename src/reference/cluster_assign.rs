@@ -24,6 +24,8 @@ pub struct Inputs<'a> {
     pub keys: Option<&'a [u32]>,
     /// Of each cluster's samples; `None` where tile and slice bound it.
     pub boxes: Option<&'a [ClusterBox]>,
+    /// Least and greatest normal of each direction; `None` where clusters tell none.
+    pub directions: Option<&'a [[f32; 4]]>,
 }
 
 /// Light ids by cluster.
@@ -55,23 +57,27 @@ struct Cell {
     far: f32,
     across: [f32; 2],
     up: [f32; 2],
+    /// Least and greatest of each coordinate of its normals.
+    normals: Option<[[f32; 4]; 2]>,
 }
 
 impl Cell {
-    fn new(inputs: &Inputs, id: usize, tile: u32, slice: u32) -> Self {
-        let columns = inputs.grid.columns;
+    fn new(inputs: &Inputs, id: usize, tile: u32, low: u32) -> Self {
+        let (columns, bits) = (inputs.grid.columns, inputs.clusters.direction_bits);
+        let (slice, direction) = (low >> bits, (low - (low >> bits << bits)) as usize);
+        let normals = inputs.directions.map(|table| [table[2 * direction], table[2 * direction + 1]]);
         let [near, far, ..] = inputs.slices[slice as usize];
         if let Some(found) = inputs.boxes.and_then(|boxes| boxes.get(id)) {
             let (near, far) = (near.max(found.distance[0]), far.min(found.distance[1]));
-            return Self { near, far, across: found.across, up: found.up };
+            return Self { near, far, across: found.across, up: found.up, normals };
         }
         let tangents = |at: u32| [at, at + 1].map(|edge| inputs.edges[edge as usize][0]);
-        Self { near, far, across: tangents(tile % columns), up: tangents(columns + 1 + tile / columns) }
+        Self { near, far, across: tangents(tile % columns), up: tangents(columns + 1 + tile / columns), normals }
     }
 
     fn touches(&self, inputs: &Inputs, light: u32) -> bool {
         let texel = |i: u32| inputs.lights[(light * CULL_TEXELS + i) as usize];
-        let ([cx, cy, cz, radius2], [light_near, light_far, ..]) = (texel(0), texel(1));
+        let ([cx, cy, cz, radius2], [light_near, light_far, _, slack]) = (texel(0), texel(1));
         let (near, far) = (self.near.max(light_near), self.far.min(light_far));
         let bounded = |[first, last]: [f32; 2]| match inputs.boxes {
             Some(_) => [first, last],
@@ -81,8 +87,20 @@ impl Cell {
         let dx = cull::interval_distance(x0, x1, cx);
         let dy = cull::interval_distance(y0, y1, cy);
         let dz = cull::interval_distance(near, far, -cz);
-        near <= far && (dx * dx + dy * dy) + dz * dz <= radius2
+        let inside = near <= far && (dx * dx + dy * dy) + dz * dz <= radius2;
+        let boxed = [[x0, x1], [y0, y1], [-far, -near]];
+        inside && self.normals.is_none_or(|normals| most_facing(normals, boxed, [cx, cy, cz]) >= -slack)
     }
+}
+
+/// The most that a normal and the direction to the light from a point of the box can have in common, metres.
+fn most_facing([low, high]: [[f32; 4]; 2], boxed: [[f32; 2]; 3], light: [f32; 3]) -> f32 {
+    let of = |axis: usize| {
+        let [a, b] = [light[axis] - boxed[axis][1], light[axis] - boxed[axis][0]];
+        let (n, m) = (low[axis], high[axis]);
+        (n * a).max(n * b).max((m * a).max(m * b))
+    };
+    (of(0) + of(1)) + of(2)
 }
 
 #[cfg(test)]
@@ -109,6 +127,7 @@ mod tests {
             tile_lists: &tile_lists,
             keys: None,
             boxes: None,
+            directions: None,
         };
         assert_eq!(run(&inputs), Lists { offsets: vec![0, 1, 2, 3], lights: vec![1, 2, 2] });
         let far_off = ClusterBox { distance: [1.7, 2.2], across: [0.5, 0.9], up: [-0.1, 0.1] };
@@ -116,5 +135,20 @@ mod tests {
         let boxes = [far_off, beside];
         let keyed = Inputs { keys: Some(&[1, 2]), boxes: Some(&boxes), ..inputs };
         assert_eq!(run(&keyed), Lists { offsets: vec![0, 0, 1], lights: vec![2] });
+        // Faces that point to the eye and away from it, seen by a light in front of both.
+        let told = ClusterGrid { slice_bits: 3, direction_bits: 1, ..clusters };
+        let normal = |z: f32| [[-0.1, -0.1, z - 0.05, 0.0], [0.1, 0.1, z + 0.05, 0.0]];
+        let directions = [normal(1.0), normal(-1.0)].concat();
+        let behind = ClusterBox { distance: [1.2, 1.25], across: [-0.1, 0.1], up: [-0.1, 0.1] };
+        let near = [light(-0.9), light(-2.0)].concat();
+        let faced = Inputs {
+            clusters: &told,
+            lights: &near,
+            keys: Some(&[1 << 1, 1 << 1 | 1]),
+            boxes: Some(&[behind, behind]),
+            directions: Some(&directions),
+            ..inputs
+        };
+        assert_eq!(run(&faced), Lists { offsets: vec![0, 1, 1], lights: vec![1] });
     }
 }

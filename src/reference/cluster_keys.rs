@@ -14,9 +14,15 @@ pub fn slice(grid: &TileGrid, clusters: &ClusterGrid, depth: f32) -> u32 {
     ((1.0 - depth) * clusters.slice_scale).clamp(0.0, last as f32) as u32
 }
 
-/// Tile, then slice, from the highest bits down.
-pub fn key(grid: &TileGrid, clusters: &ClusterGrid, tile: u32, depth: f32) -> u32 {
-    tile << clusters.slice_bits | slice(grid, clusters, depth)
+/// Direction of a normal by its code in the G-buffer: the cell of the octahedron's square that it lies in.
+pub fn direction(clusters: &ClusterGrid, code: [u32; 2]) -> u32 {
+    let [x, y] = code.map(|code| code >> clusters.direction_shift);
+    y << (clusters.direction_bits >> 1) | x
+}
+
+/// Tile, then slice, then direction, from the highest bits down.
+pub fn key(grid: &TileGrid, clusters: &ClusterGrid, tile: u32, depth: f32, direction: u32) -> u32 {
+    tile << clusters.slice_bits | slice(grid, clusters, depth) << clusters.direction_bits | direction
 }
 
 /// Something was drawn there; 0 is the sky.
@@ -64,8 +70,8 @@ pub struct Keys {
     pub index: Vec<u32>,
 }
 
-/// Keys of every sample, those of all blocks merged.
-pub fn run(grid: &TileGrid, clusters: &ClusterGrid, depth: &[f32]) -> Keys {
+/// Keys of every sample, those of all blocks merged. `codes` are those of each sample's normal, where clusters tell directions.
+pub fn run(grid: &TileGrid, clusters: &ClusterGrid, depth: &[f32], codes: Option<&[[u32; 2]]>) -> Keys {
     let mut found = Keys { index: vec![NO_CLUSTER; depth.len()], ..Keys::default() };
     let mut key_of = vec![None; depth.len()];
     for index in 0..clusters.block_count {
@@ -74,7 +80,8 @@ pub fn run(grid: &TileGrid, clusters: &ClusterGrid, depth: &[f32]) -> Keys {
         for [x, y] in block.pixels() {
             let pixel = (y * grid.width + x) as usize;
             if shows_surface(depth[pixel]) {
-                let key = key(grid, clusters, block.tile, depth[pixel]);
+                let direction = codes.map_or(0, |codes| direction(clusters, codes[pixel]));
+                let key = key(grid, clusters, block.tile, depth[pixel], direction);
                 key_of[pixel] = Some(key);
                 own.push(key);
             }
@@ -146,11 +153,24 @@ mod tests {
         let (grid, clusters) = grids();
         let mut depth = vec![0.0; 180];
         (depth[0], depth[1], depth[16], depth[179]) = (0.5, 0.9, 0.5, 0.5);
-        let found = run(&grid, &clusters, &depth);
+        let found = run(&grid, &clusters, &depth, None);
         assert_eq!(found.block_counts, [2, 1]);
         assert_eq!(found.keys, [0, 4, 1 << 6 | 4]);
         assert_eq!((found.index[0], found.index[1], found.index[16], found.index[179]), (1, 0, 2, 2));
         assert_eq!(found.index.iter().filter(|&&id| id == NO_CLUSTER).count(), 176);
+    }
+
+    #[test]
+    fn samples_that_point_elsewhere_have_other_clusters() {
+        let (grid, clusters) = grids();
+        let clusters = ClusterGrid { slice_bits: 12, direction_bits: 6, direction_shift: 5, ..clusters };
+        let mut depth = vec![0.0; 180];
+        (depth[0], depth[1], depth[2]) = (0.5, 0.5, 0.5);
+        let mut codes = vec![[0, 0]; 180];
+        (codes[0], codes[1], codes[2]) = ([254, 127], [0, 255], [224, 96]);
+        let found = run(&grid, &clusters, &depth, Some(&codes));
+        assert_eq!(found.keys, [4 << 6 | (3 * 8 + 7), 4 << 6 | (7 * 8)]);
+        assert_eq!(found.index[..3], [0, 1, 0]);
     }
 
     #[test]

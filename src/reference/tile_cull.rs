@@ -88,14 +88,20 @@ fn intersects(inputs: &Inputs, [x, y]: [u32; 2], light: u32) -> bool {
         shared::BOUNDS_OFF => TileBounds { near: grid.near, far: grid.far, mask: u64::MAX },
         _ => inputs.bounds[(y * grid.columns + x) as usize],
     };
-    let (near, far) = (tile.near.max(light_near), tile.far.min(light_far));
+    let (mut near, mut far) = (tile.near.max(light_near), tile.far.min(light_far));
     let mut inside = near <= far;
     if inputs.depth_bounds == shared::BOUNDS_MASK {
         let scale = tile.slots_a_metre(inputs.slots);
         let first = cull::depth_slot(tile.near, scale, near, inputs.slots);
         let last = cull::depth_slot(tile.near, scale, far, inputs.slots);
         // Where first passes last there is no common depth either.
-        inside = inside && first <= last && cull::slot_mask(first, last) & tile.mask != 0;
+        let slots = if first <= last { cull::slot_mask(first, last) & tile.mask } else { 0 };
+        inside = inside && slots != 0;
+        if slots != 0 {
+            let (first, last) = (slots.trailing_zeros(), 63 - slots.leading_zeros());
+            let [begin, end] = cull::slot_distances([tile.near, tile.far], inputs.slots, first, last);
+            (near, far) = (near.max(begin), far.min(end));
+        }
     }
     if inputs.cull == shared::CULL_RECTANGLE {
         let ([x0, x1, y0, y1], [x, y]) = (texel(2), [x as f32, y as f32]);

@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use super::fixtures::point;
-use crate::checks::Row;
-use crate::checks::lists::{radiance, verdict};
+use crate::checks::lists::{differing, radiance, verdict};
+use crate::checks::{Row, clusters};
 use crate::error::Result;
 use crate::math::random::Random;
-use crate::plan::{CullTest, DepthBounds, Request, Technique};
+use crate::plan::{AssignChoice, ClusterBounds, CullTest, DepthBounds, Request, Technique};
 use crate::renderer::Renderer;
 use crate::scene::view::View;
 use crate::scene::{Camera, Light, Projection, Scene, builtin};
@@ -76,12 +76,19 @@ fn at_edges(random: &mut Random, view: &View) -> (DVec3, f64) {
 
 pub(super) const MAKERS: [Maker; 6] = [beside, across_near, round_eye, behind, any_size, at_edges];
 
-/// Lights of every kind in turn, placed in the view of `camera`.
+/// Anywhere that the view may see, of a size that part of it sees.
+fn anywhere(random: &mut Random, _: &View) -> (DVec3, f64) {
+    let center = DVec3::new(random.range(-12.0, 12.0), random.range(-8.0, 8.0), random.range(-25.0, 3.0));
+    (center, log_range(random, 0.05, 4.0))
+}
+
+/// Every other light anywhere, the others of every hard kind in turn, placed in the view of `camera`.
 fn lights(camera: &Camera, size: (u32, u32), count: usize, seed: u64) -> Result<Vec<Light>> {
     let view = View::new(camera, size.0, size.1)?;
     let mut random = Random::new(seed);
     let light = |index: usize| {
-        let (center, range) = MAKERS[index % MAKERS.len()](&mut random, &view);
+        let maker: Maker = if index % 2 == 0 { anywhere } else { MAKERS[index / 2 % MAKERS.len()] };
+        let (center, range) = maker(&mut random, &view);
         let position = camera.camera_to_world.transform_point3(center);
         Light { range: Some(range as f32), ..point(position, 1e-3) }
     };
@@ -116,19 +123,36 @@ fn projection_of(renderer: &Renderer, count: usize, seed: u64) -> Result<Vec<Row
                 rows.push(Row::none(format!("P1-P7 lists = twin, {name}"), found.wrong, "buffers that differ"));
             }
         }
-        if count > MOST_DRAWN {
-            continue;
+        for (kind, bounds, assign) in CLUSTERS {
+            let technique = Technique::ClusteredForward;
+            let request = Request { technique, cluster_bounds: Some(bounds), assign, ..base.clone() };
+            rows.extend(clusters::rows_of(
+                renderer,
+                &format!("P1-P7 {count} lights, {kind}, {lens}"),
+                &scene,
+                &request,
+            )?);
         }
         let forward = radiance(renderer, &scene, &Request { technique: Technique::Forward, ..base.clone() })?;
         let tiled = radiance(renderer, &scene, &base)?;
-        let differing = forward.chunks(4).zip(tiled.chunks(4)).filter(|(a, b)| a != b).count();
-        rows.push(Row::none(format!("P1-P7 tiled-forward = forward, {lens}"), differing, "differing pixels"));
+        rows.push(Row::none(
+            format!("P1-P7 tiled-forward = forward, {lens}"),
+            differing(&forward, &tiled),
+            "differing pixels",
+        ));
+        let clustered = Request { technique: Technique::ClusteredForward, ..base.clone() };
+        let count = differing(&forward, &radiance(renderer, &scene, &clustered)?);
+        rows.push(Row::none(format!("P1-P7 clustered-forward = forward, {lens}"), count, "differing pixels"));
     }
     Ok(rows)
 }
 
-/// Lights that forward is asked to draw: loops past that are refused on some drivers.
-const MOST_DRAWN: usize = 20_000;
+/// Clusters that lights are assigned to.
+const CLUSTERS: [(&str, ClusterBounds, AssignChoice); 3] = [
+    ("explicit clusters", ClusterBounds::Explicit, AssignChoice::Tiles),
+    ("implicit clusters", ClusterBounds::Implicit, AssignChoice::Tiles),
+    ("explicit clusters by tree", ClusterBounds::Explicit, AssignChoice::Tree),
+];
 
 /// 10,000 lights.
 pub fn projection(renderer: &Renderer) -> Result<Vec<Row>> {

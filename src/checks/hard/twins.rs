@@ -136,6 +136,7 @@ impl Assignment<'_> {
             tile_lists,
             keys: self.keys,
             boxes: self.boxes,
+            directions: None,
         })
     }
 }
@@ -161,7 +162,7 @@ fn judged(plan: &Plan, depth: &[f32]) -> Result<[Tally; WAYS.len()]> {
     let tile_of_sample: Vec<u32> = (0..grid.width * grid.height).map(tile_of).collect();
     let slice_of = |(&tile, &depth): (&u32, &f32)| tile * cut.slices + cluster_keys::slice(grid, cut, depth);
     let slice_of_sample: Vec<u32> = tile_of_sample.iter().zip(depth).map(slice_of).collect();
-    let keys = cluster_keys::run(grid, cut, depth);
+    let keys = cluster_keys::run(grid, cut, depth, None);
     let boxes = cluster_index::run(grid, cut, depth, &keys.index, keys.keys.len());
     let unbounded = of_tiles(shared::CULL_PLANES_BOX, shared::BOUNDS_OFF, &[]);
     let bounded = of_tiles(shared::CULL_PLANES_BOX, shared::BOUNDS_MIN_MAX, &min_max);

@@ -30,8 +30,8 @@ const TILES: [u32; 4] = [8, 16, 32, 64];
 /// Cut-offs by their typed names.
 const CUTOFFS: [(&str, f64); 4] = [("0.1", 0.1), ("5/256", DEFAULT_CUTOFF), ("0.005", 0.005), ("0.001", 0.001)];
 
-/// Slices an octave: more than 16 pass the 256 that a key holds where the eye's near plane is near.
-const SLICES: [u32; 5] = [1, 2, 4, 8, 16];
+/// Slices an octave: more than 32 pass the 512 that a key holds where the eye's near plane is near.
+const SLICES: [u32; 6] = [1, 2, 4, 8, 16, 32];
 
 /// The depth pre-pass and the lists of tiles.
 const BEFORE: &[&str] = &["depth_prepass", "depth_reduce", "tile_", "bin_"];
@@ -56,6 +56,7 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         KnobName::Cull | KnobName::LightCutoff => &["depth_prepass", "depth_reduce"],
         KnobName::Accumulation => &["depth_prepass", "gbuffer"],
         KnobName::Gbuffer | KnobName::Slices => BEFORE,
+        KnobName::ClusterNormals => &["depth_prepass", "depth_reduce", "tile_", "bin_", "gbuffer"],
     };
     let (name, title, settings) = match name {
         KnobName::Tile => ("tile", "pixels along a tile's side, of tiled-forward", tiles(base)),
@@ -69,6 +70,9 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         }
         KnobName::Accumulation => ("accumulation", "what light volumes add in, of deferred", accumulations(base)),
         KnobName::Slices => ("slices", "depth of clusters, of clustered-forward", slices(base)),
+        KnobName::ClusterNormals => {
+            ("cluster-normals", "whether clusters tell normals apart, of clustered-deferred", normals(base))
+        }
     };
     Knob { name, title, spared, unbounded, settings }
 }
@@ -121,6 +125,13 @@ fn slices(base: &Request) -> Vec<Setting> {
     let base = Request { technique: Technique::ClusteredForward, ..base.clone() };
     let of = |slices: u32| (slices.to_string(), Request { slices_per_octave: Some(slices), ..base.clone() });
     std::iter::once(("auto".to_string(), base.clone())).chain(SLICES.map(of)).collect()
+}
+
+fn normals(base: &Request) -> Vec<Setting> {
+    // Codes of normals are what tells.
+    let base = Request { technique: Technique::ClusteredDeferred, gbuffer: GbufferLayout::Compact, ..base.clone() };
+    let of = |(name, cluster_normals): (&str, bool)| (name.to_string(), Request { cluster_normals, ..base.clone() });
+    [("off", false), ("on", true)].map(of).to_vec()
 }
 
 /// A setting's name with what the plan made of it.

@@ -5,6 +5,7 @@ mod cell;
 mod judge;
 mod knobs;
 mod measure;
+mod missed;
 mod output;
 
 use std::path::Path;
@@ -72,7 +73,10 @@ pub fn run(args: &Accuracy) -> Result<ExitCode> {
     let mut outcomes = Vec::new();
     for knob in knobs {
         let cells = runner.measure(&knob)?;
-        let outcome = Outcome::new(knob, cells, &how);
+        let mut outcome = Outcome::new(knob, cells, &how);
+        if outcome.knob.name == "cull" && args.report.is_some() {
+            outcome.section.pictures = missed::pictures(&session.renderer)?;
+        }
         if !quiet {
             report::print(&measured::text(&outcome.section, &outcome.notes))?;
         }

@@ -56,6 +56,7 @@ const EXPERIMENTS: [Experiment; 8] = [
 /// No device or a lost one, files that cannot be read or written, or nothing that could be drawn.
 pub fn run(args: &Bench) -> Result<ExitCode> {
     if args.name == BenchName::Profile {
+        refuse_ignored(args)?;
         return profile::run(args);
     }
     let all = args.name == BenchName::All;
@@ -91,6 +92,22 @@ pub fn run(args: &Bench) -> Result<ExitCode> {
     }
     write(&runner, &outcomes)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// `profile` measures one device by loads of its own.
+fn refuse_ignored(args: &Bench) -> Result<()> {
+    let ignored = [
+        (args.plot.is_some(), "--plot"),
+        (args.report.is_some(), "--report"),
+        (args.path.is_some(), "--path"),
+        (!args.lights.is_empty(), "--lights"),
+        (args.light_range.is_some(), "--light-range"),
+        (args.driver.len() > 1, "a second --driver"),
+    ];
+    match ignored.iter().find(|option| option.0) {
+        Some((_, name)) => Err(Error::usage(format!("bench profile takes no {}", name.trim_start_matches("a "))))?,
+        None => Ok(()),
+    }
 }
 
 /// Writes every file that was asked for.

@@ -60,7 +60,7 @@ struct Bencher<'a> {
 impl Bencher<'_> {
     fn case(&self, scene: &Scene, technique: Technique, pixels_a_thread: u32, range: f64) -> Result<Case> {
         let rules = LightRules { range: setup::range(range), ..LightRules::default() };
-        let pixels_a_thread = Some(pixels_a_thread);
+        let pixels_a_thread = (technique == Technique::TiledDeferred).then_some(pixels_a_thread);
         let request = Request { technique, rules, pixels_a_thread, ..self.request.clone() };
         let plan = Plan::new(scene, &request, &self.renderer.limits())?;
         let mut prepared = self.renderer.prepare(scene, &plan)?;
@@ -100,9 +100,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
         case
     };
     let pixels = f64::from(width) * f64::from(height);
-    let forward = [8, 72].map(|count| lit(count, (Technique::Forward, 1), RANGES[0]));
-    let [few, many] = forward;
-    let forward = [few?, many?];
+    let forward = [lit(8, (Technique::Forward, 1), RANGES[0])?, lit(72, (Technique::Forward, 1), RANGES[0])?];
     let test = slope(forward.each_ref().map(|c| c.ms(&["forward"])), [8.0 * pixels, 72.0 * pixels]);
     let mut both = |technique| -> Result<[Case; 2]> {
         Ok([lit(LIGHTS, technique, RANGES[0])?, lit(LIGHTS, technique, RANGES[1])?])

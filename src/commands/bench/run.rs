@@ -49,6 +49,11 @@ pub(super) fn contenders() -> Vec<Case> {
     ]
 }
 
+/// What the plan chooses.
+pub(super) fn auto() -> Case {
+    (Technique::Auto.name().into(), Request { technique: Technique::Auto, ..Request::default() })
+}
+
 /// Those whose pixels do not loop over all lights: the others take as long wherever camera and lights are.
 pub(super) fn culling_contenders() -> Vec<Case> {
     contenders().into_iter().filter(|(_, request)| !loops_over_all(request)).collect()

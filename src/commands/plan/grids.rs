@@ -99,6 +99,7 @@ pub(super) fn clusters_json(clusters: &Clusters) -> Value {
         "bounds": clusters.bounds.name(),
         "list_bytes": clusters.pairs * ID_BYTES,
         "bytes": clusters.bytes(),
+        "directions": clusters.by_normal().then_some(clusters.count_directions()),
         "why": clusters.why,
     })
 }

@@ -43,7 +43,7 @@ fn bits_and_rooms() {
 fn keys_have_room_for_the_tiles_of_a_large_picture() {
     let (mut clusters, tiles) = planned(&atrium(8), &request(3840, 2160), &Limits::UNLIMITED);
     assert_eq!(tiles.count_tiles(), 240 * 135);
-    assert!(clusters.key_bits <= 15 + 8 && clusters.key_bits == bits(240 * 135) + clusters.grid.slice_bits);
+    assert!(clusters.key_bits <= 15 + 9 && clusters.key_bits == bits(240 * 135) + clusters.grid.slice_bits);
     clusters.key_bits = 33;
     let refused = clusters.check(&tiles, &Limits::UNLIMITED).expect_err("too many bits").to_string();
     assert!(
@@ -139,6 +139,34 @@ fn normals_are_refused_where_there_are_none() {
     let request = Request { cluster_normals: true, ..request(32, 32) };
     let refused = Plan::new(&atrium(1), &request, &Limits::MINIMUM).expect_err("no normals").to_string();
     assert!(refused.contains("--cluster-normals") && refused.contains("clustered-forward"), "{refused}");
+    let deferred = Request { technique: Technique::ClusteredDeferred, ..request };
+    let fat = Request { gbuffer: GbufferLayout::Fat, ..deferred.clone() };
+    let limits = Limits { max_color_attachments: 5, ..Limits::MINIMUM };
+    let lamps = Scene { instances: Vec::new(), ..atrium(1) };
+    let empty = Plan::new(&lamps, &deferred, &limits).expect("nothing to tell apart");
+    assert!(empty.clusters.is_some_and(|clusters| !clusters.by_normal()));
+    let auto = Request { technique: Technique::Auto, ..deferred.clone() };
+    assert_eq!(Plan::new(&atrium(1), &auto, &limits).expect("a plan").technique, Technique::ClusteredDeferred);
+    for (asked, word) in [(Request { prepass: false, ..deferred.clone() }, "pre-pass"), (fat, "fat")] {
+        let refused = Plan::new(&atrium(1), &asked, &limits).expect_err("no normals").to_string();
+        assert!(refused.contains("--cluster-normals") && refused.contains(word), "{refused}");
+    }
+    assert!(Plan::new(&atrium(1), &deferred, &limits).is_ok());
+}
+
+#[test]
+fn directions_give_way_before_slices_do() {
+    let (scene, plain) = (atrium(3000), Request { technique: Technique::ClusteredDeferred, ..request(320, 180) });
+    let told = Request { cluster_normals: true, ..plain.clone() };
+    let ((without, _), (many, _)) =
+        (planned(&scene, &plain, &Limits::UNLIMITED), planned(&scene, &told, &Limits::UNLIMITED));
+    assert!(!without.by_normal() && without.grid.direction_bits == 0);
+    assert_eq!((many.grid.direction_bits, many.grid.slices, many.directions.len()), (6, without.grid.slices, 128));
+    assert_eq!((many.grid.slice_bits, many.key_bits), (without.grid.slice_bits + 6, without.key_bits + 6));
+    let limits = Limits { max_storage_bytes: many.pairs * 4 - 1, ..Limits::UNLIMITED };
+    let (few, _) = planned(&scene, &told, &limits);
+    assert_eq!((few.grid.direction_bits, few.grid.slices), (4, without.grid.slices));
+    assert!(few.why.contains("16 directions") && few.pairs < many.pairs, "{}", few.why);
 }
 
 #[test]

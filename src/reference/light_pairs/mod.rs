@@ -1,8 +1,8 @@
 //! Pairs of light and sample, counted in f64: what light lists must hold, and what they hold in vain.
 //!
 //! A sample is the place at a pixel's centre and at its stored depth, in view space. A light reaches it where the
-//! distance is less than the range and, for a spot light, the angle is less than the outer one; normals and occlusion
-//! do not count. Directional lights reach everything and stand in no list.
+//! distance is less than the range and, for a spot light, the angle is less than the outer one; occlusion does not count,
+//! and normals only where they are given: then a light behind a sample's surface does not reach it. Directional lights reach everything and stand in no list.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -96,6 +96,10 @@ pub struct Oracle {
     grid: Grid,
     /// One a light: false for a directional one.
     listable: Vec<bool>,
+    /// One a light, view space.
+    places: Vec<DVec3>,
+    /// One a pixel, view space; empty where surfaces face everything.
+    normals: Vec<DVec3>,
 }
 
 /// A pixel that shows a surface.
@@ -131,7 +135,14 @@ impl Oracle {
         };
         let listable: Vec<bool> = lights.iter().map(|light| light.kind != LightKind::Directional).collect();
         let reaching = lights.iter().enumerate().filter(|(id, light)| listable[*id] && light.range > 0.0);
-        Self { view: view.clone(), grid: Grid::new(reaching.map(place).collect()), listable }
+        let places = lights.iter().map(|light| view.world_to_view.transform_point3(light.position)).collect();
+        let grid = Grid::new(reaching.map(place).collect());
+        Self { view: view.clone(), grid, listable, places, normals: Vec::new() }
+    }
+
+    /// The same of surfaces that face one way: `normals` in view space, one a pixel, row-major.
+    pub fn facing(self, normals: Vec<DVec3>) -> Self {
+        Self { normals, ..self }
     }
 
     /// Counts over a depth buffer of the view's size, row-major.
@@ -194,8 +205,12 @@ impl Oracle {
             let Some(position) = Self::position(&self.view, x, y, depth[sample.pixel as usize]) else {
                 continue;
             };
+            let normal = self.normals.get(sample.pixel as usize);
             self.grid.visit(position, |id| {
                 let id = id as usize;
+                if normal.is_some_and(|normal| normal.dot(self.places[id] - position) <= 0.0) {
+                    return;
+                }
                 sample.exact += 1;
                 sample.missed += u32::from(!in_cell || marks.listed[id] != mark);
                 if in_cell && marks.reached[id] != mark {

@@ -308,3 +308,16 @@ fn lights_at_one_point_are_each_found_once() {
     let single = Oracle::new(&lights[..1], &row());
     assert_eq!(single.reaching(DVec3::new(1e7, 0.0, -5.0)), [0]);
 }
+
+#[test]
+fn lights_behind_a_surface_do_not_reach_it_and_those_before_it_are_missed() {
+    let lists = Owned::new(&ROW_CELLS, &[vec![], vec![]]);
+    // Samples at x = -3, -1 and 1; lights at -3 (in the first), at 0 (beyond -1 and before 1) and at 2.
+    let counted = |x: f64| {
+        let oracle = Oracle::new(&row_lights(), &row()).facing(vec![DVec3::X * x; 4]);
+        oracle.count(&ROW_DEPTH, &lists.lists())
+    };
+    assert_eq!(counted(1.0).lights_of_sample, [0, 1, 1, 0]);
+    assert_eq!(counted(-1.0).lights_of_sample, [0, 0, 1, 0]);
+    assert_eq!((counted(1.0).missed_pairs, counted(-1.0).missed_pairs), (2, 1));
+}

@@ -1,11 +1,13 @@
-//! The script of lists of tiles from bounds that are given instead of reduced from depths, so that two drivers start from the same words.
-//! Adds no node of its own.
+//! Scripts of lists from what is given instead of drawn, so that two drivers start from the same words: lists of tiles from their bounds,
+//! and lists of tiles or clusters from depths. Adds no node of its own.
+
+use ash::vk;
 
 use super::depth_reduce::BOUNDS_FORMAT;
-use super::resources::GivenBounds;
-use super::{Frame, SceneHandles, read_back, tile_bin, tile_cull};
+use super::resources::Given;
+use super::{Frame, SceneHandles, cluster_lists, read_back, tile_bin, tile_cull};
 use crate::graph::{Graph, Lifetime};
-use crate::plan::Plan;
+use crate::plan::{Clusters, Plan};
 
 /// The frame that makes lists of tiles from `bounds`, a texel a tile as depth reduction stores it, row-major, and leaves them. `None`
 /// where the technique has no tiles or has another number of them.
@@ -18,12 +20,31 @@ pub fn given_bounds_frame(plan: &Plan, bounds: &[[u32; 4]]) -> Option<Frame> {
     }
     let size = [tiles.grid.columns, tiles.grid.rows];
     let image = graph.image("given_bounds", BOUNDS_FORMAT, size, Lifetime::Static);
-    scene.given_bounds = Some(GivenBounds { image, texels: bounds.to_vec() });
+    scene.given = Some(Given { image, size, bytes: bytemuck::cast_slice(bounds).to_vec() });
     let bins = tile_bin::add(&mut graph, tiles, &handles);
     let lists = tile_cull::add(&mut graph, tiles, &handles, bins, Some(image));
     graph.end_frame();
     let buffers = [("list_offsets", lists.offsets), ("list_lights", lists.lights)];
     let results = read_back::add_all(&mut graph, &[], &buffers);
+    Some(Frame { graph, scene, results })
+}
+
+/// The frame that makes the plan's lists from `depth`, one reversed depth a pixel, and leaves what [`super::list_frame`] or
+/// [`super::cluster_frame`] leave. `None` where the technique has no lists, reads normals too, or the picture has another number of pixels.
+pub fn given_depth_frame(plan: &Plan, depth: &[f32]) -> Option<Frame> {
+    let mut graph = Graph::new();
+    let mut scene = SceneHandles::declare(&mut graph, plan);
+    let size = [plan.view.width, plan.view.height];
+    let by_normal = plan.clusters.as_ref().is_some_and(Clusters::by_normal);
+    if plan.tiles.is_none() || by_normal || depth.len() as u64 != plan.pixels() {
+        return None;
+    }
+    let image = graph.image("given_depth", vk::Format::R32_SFLOAT, size, Lifetime::Static);
+    scene.given = Some(Given { image, size, bytes: bytemuck::cast_slice(depth).to_vec() });
+    let results = match cluster_lists::Parts::of(plan, &scene) {
+        Some(parts) => cluster_lists::add_and_leave(&mut graph, &parts, image, None),
+        None => super::add_and_leave_lists(&mut graph, plan, &scene, image),
+    };
     Some(Frame { graph, scene, results })
 }
 
