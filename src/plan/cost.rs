@@ -6,7 +6,8 @@
 //! - forward: `N P test`
 //! - tiled: `lists + P bounds + T cull + L pair`
 //! - clustered: `lists + clusters + P cluster + T cull + L/2 pair`
-//! - deferred ones: `P gbuffer`, and their own price of a pair; volumes: `N volume + A volume_pixel`
+//! - deferred ones: `P gbuffer`, and their own price of a pair; volumes: `N volume + A volume_pixel + R volume_pair`,
+//!   with R the pairs that reach
 //!
 //! L is not known before depths are. A light's rectangle is known; of its pixels those count whose surface lies at the light's depth, and
 //! for want of depths they are taken to lie anywhere in the scene's depth range alike. Tiles list three times what reaches
@@ -124,7 +125,12 @@ pub fn estimate(profile: &Profile, load: &Load, technique: Technique) -> f64 {
         Technique::TiledDeferred => lists + deferred(listed, load.tile_pair(p)),
         Technique::ClusteredForward => lists + clusters + forward(listed * CLUSTER_SHARE),
         Technique::ClusteredDeferred => lists + clusters + deferred(listed * CLUSTER_SHARE, p.deferred_pair),
-        Technique::Deferred => load.seen * p.volume + load.covered * p.volume_pixel + deferred(0.0, p.deferred_pair),
+        Technique::Deferred => {
+            load.seen * p.volume
+                + load.covered * p.volume_pixel
+                + load.pairs * p.volume_pair
+                + deferred(0.0, p.deferred_pair)
+        }
         Technique::Auto | Technique::Reference => f64::INFINITY,
     };
     nanoseconds * 1e-6

@@ -31,6 +31,9 @@ const FRAMES: [usize; 2] = [7, 3];
 /// Metres: nothing but the light's own place, and many pixels.
 const RANGES: [f64; 2] = [0.02, 3.0];
 
+/// Metres: volumes that reach few of the pixels that they cover.
+const BETWEEN: f64 = 0.7;
+
 /// Lights of most cases.
 const LIGHTS: u32 = 1024;
 
@@ -85,6 +88,18 @@ fn slope(ms: [f64; 2], counts: [f64; 2]) -> f64 {
     if steps > 0.0 { ((ms[1] - ms[0]) * 1e6 / steps).max(0.0) } else { 0.0 }
 }
 
+/// Prices of two things from two bills, `[how many, how many, sum]`; none is negative, which noise could make it.
+fn two_prices([a, b, first]: [f64; 3], [c, d, second]: [f64; 3]) -> [f64; 2] {
+    let alone = |count: f64| if count > 0.0 { (second / count).max(0.0) } else { 0.0 };
+    let determinant = a * d - b * c;
+    let [x, y] = [(first * d - second * b) / determinant, (a * second - c * first) / determinant];
+    match (x >= 0.0, y >= 0.0) {
+        (true, true) if x.is_finite() && y.is_finite() => [x, y],
+        (true, _) => [alone(c), 0.0],
+        _ => [0.0, alone(d)],
+    }
+}
+
 fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let (width, height) = args.size.unwrap_or(SIZE);
     let shading = setup::shading(args.shading);
@@ -92,7 +107,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let bencher =
         Bencher { renderer, request, frames: args.frames.map_or(FRAMES[usize::from(args.quick)], |n| n as usize) };
     let mut scene = setup::load_scene(args.scene.as_deref().unwrap_or("builtin:atrium"))?;
-    let bar = measured::progress(13, "profile");
+    let bar = measured::progress(14, "profile");
     let mut lit = |count: u32, (technique, pixels): (Technique, u32), range: f64| -> Result<Case> {
         setup::scatter_lights(&mut scene, Some(count), args.light_seed)?;
         let case = bencher.case(&scene, technique, pixels, range);
@@ -109,6 +124,10 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let deferred = both((Technique::TiledDeferred, 1))?;
     let shared = both((Technique::TiledDeferred, 4))?;
     let volumes = both((Technique::Deferred, 1))?;
+    let smaller = lit(LIGHTS, (Technique::Deferred, 1), BETWEEN)?;
+    let mut both = |technique| -> Result<[Case; 2]> {
+        Ok([lit(LIGHTS, technique, RANGES[0])?, lit(LIGHTS, technique, RANGES[1])?])
+    };
     let clustered = both((Technique::ClusteredForward, 1))?;
     bar.finish_and_clear();
     if tiled[1].times.nodes().iter().any(|node| node.1.is_none()) {
@@ -123,9 +142,10 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let stored = deferred[0].ms(&["gbuffer", "tiled_deferred"]) - deferred[0].listed * deferred_pair * 1e-6;
     let culls = tiled.each_ref().map(|c| c.ms(&["tile_count", "tile_fill"]));
     let tests = |case: &Case| case.plan.tiles.as_ref().map_or(0.0, |t| t.bin_pairs as f64) * 64.0;
-    let volume_ms = volumes.each_ref().map(|c| c.ms(&["light_volumes"]));
-    let volume = volume_ms[0] * 1e6 / volumes[0].load.seen.max(1.0);
-    let covered = volumes[1].load.covered;
+    let volume = volumes[0].ms(&["light_volumes"]) * 1e6 / volumes[0].load.seen.max(1.0);
+    let beyond =
+        |case: &Case| [case.load.covered, case.load.pairs, case.ms(&["light_volumes"]) * 1e6 - volume * case.load.seen];
+    let [volume_pixel, volume_pair] = two_prices(beyond(&smaller), beyond(&volumes[1]));
     let cluster_all = clustered[0].ms(&["cluster_", "block_", "entry_", "group_"]);
     let cluster_pixels = clustered[0].ms(&["cluster_keys", "cluster_index"]);
     let [texel_fetch, uniform_fetch, storage_fetch] = ceiling::fetch_costs(renderer, &bencher.request, bencher.frames)?;
@@ -143,7 +163,8 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
         cull: slope(culls, tiled.each_ref().map(tests)),
         cluster: cluster_pixels * 1e6 / pixels,
         volume,
-        volume_pixel: ((volume_ms[1] * 1e6 - volume * volumes[1].load.seen) / covered.max(1.0)).max(0.0),
+        volume_pixel,
+        volume_pair,
         lists_ms: tiled[0].ms(&["tile_bin", "bin_", "tile_scan"]),
         clusters_ms: (cluster_all - cluster_pixels).max(0.0),
     })
@@ -198,8 +219,23 @@ fn table(new: &Profile, old: &Profile) -> Table {
             row("a pixel's cluster", "ns a pixel", new.cluster, old.cluster),
             row("a light volume", "ns", new.volume, old.volume),
             row("a pixel of a volume", "ns", new.volume_pixel, old.volume_pixel),
+            row("and one that its light reaches", "ns", new.volume_pair, old.volume_pair),
             row("lists by themselves", "ms", new.lists_ms, old.lists_ms),
             row("clusters by themselves", "ms", new.clusters_ms, old.clusters_ms),
         ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_bills_have_two_prices_and_none_is_negative() {
+        let bill = |a: f64, b: f64| [a, b, 3.0 * a + 5.0 * b];
+        assert_eq!(two_prices(bill(1.0, 2.0), bill(4.0, 1.0)), [3.0, 5.0]);
+        assert_eq!(two_prices([1.0, 1.0, 10.0], [2.0, 1.0, 8.0]), [0.0, 8.0]);
+        assert_eq!(two_prices([1.0, 1.0, 1.0], [1.0, 2.0, 0.5]), [0.5, 0.0]);
+        assert_eq!(two_prices([0.0; 3], [0.0; 3]), [0.0, 0.0]);
     }
 }
