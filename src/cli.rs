@@ -8,7 +8,7 @@ pub use accuracy::{Accuracy, KnobName};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
-pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg};
+pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;
 mod bench;
@@ -97,6 +97,9 @@ pub struct Shared {
     /// Bits of each of a normal's two codes in the compact G-buffer.
     #[arg(long, value_name = "8|10|16", default_value = "16", value_parser = deferred::parse_normal_bits)]
     pub normal_bits: u32,
+    /// What reduces the depths of a tile to its bounds [default: as the profile has it].
+    #[arg(long, value_enum)]
+    pub depth_reduce: Option<DepthReduceArg>,
     /// Pixels that a thread of tiled-deferred shades: four share what is read of each light [default: as the profile has it].
     #[arg(long, value_name = "1|4", value_parser = deferred::parse_pixels_a_thread)]
     pub pixels_a_thread: Option<u32>,

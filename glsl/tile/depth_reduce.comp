@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Nearest and farthest distance of each tile's samples, and the mask of slots between them that hold samples: a thread a tile.
+// Nearest and farthest distance of each tile's samples, and the mask of slots between them that hold samples: a thread a tile, or a group a
+// tile, whose threads each walk through every eighth row and column. Either way the same words: least, greatest and or know no order.
 #include "base.glsl"
 #include "cull.glsl"
 
@@ -9,13 +10,25 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 20) const uint TILE = 16u;
 layout(constant_id = 21) const uint DEPTH_BOUNDS = BOUNDS_MASK;
 layout(constant_id = 22) const uint DEPTH_SLOTS = 32u;
+layout(constant_id = 23) const bool GROUP_A_TILE = false;
 
 layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 1) uniform sampler2D depth;
 layout(set = 0, binding = 2, rgba32ui) uniform writeonly uimage2D tile_bounds;
 
+shared uint group_nearest;
+shared uint group_farthest;
+shared uint group_mask[2];
+
 void main() {
     uvec2 at = gl_GlobalInvocationID.xy;
+    uvec2 first_pixel = uvec2(0u);
+    uint pixel_step = 1u;
+    if (GROUP_A_TILE) {
+        at = gl_WorkGroupID.xy;
+        first_pixel = gl_LocalInvocationID.xy;
+        pixel_step = 8u;
+    }
     if (at.x >= grid.data.columns || at.y >= grid.data.rows) {
         return;
     }
@@ -24,16 +37,33 @@ void main() {
     // Depth is reversed and never negative where something is: 0 is the sky. As integers its bits keep their order.
     uint nearest = 0u;
     uint farthest = 0xffffffffu;
-    for (uint y = begin.y; y < end.y; ++y) {
-        for (uint x = begin.x; x < end.x; ++x) {
+    for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
+        for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
             uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
             bool solid = bits - 1u < 0x7f800000u;
             nearest = max(nearest, solid ? bits : 0u);
             farthest = min(farthest, solid ? bits : 0xffffffffu);
         }
     }
+    // What a thread does for its tile; of a group one does it.
+    bool stores = !GROUP_A_TILE || gl_LocalInvocationIndex == 0u;
+    if (GROUP_A_TILE) {
+        if (stores) {
+            group_nearest = 0u;
+            group_farthest = 0xffffffffu;
+            group_mask = uint[2](0u, 0u);
+        }
+        barrier();
+        atomicMax(group_nearest, nearest);
+        atomicMin(group_farthest, farthest);
+        barrier();
+        nearest = group_nearest;
+        farthest = group_farthest;
+    }
     if (nearest == 0u) {
-        imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(FAR_LIMIT), 0u, 0u, 0u));
+        if (stores) {
+            imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(FAR_LIMIT), 0u, 0u, 0u));
+        }
         return;
     }
     float near = distance_range(grid.data, uintBitsToFloat(nearest)).x;
@@ -42,8 +72,8 @@ void main() {
     if (DEPTH_BOUNDS == BOUNDS_MASK) {
         float scale = slots_a_metre(near, far, DEPTH_SLOTS);
         mask = uvec2(0u);
-        for (uint y = begin.y; y < end.y; ++y) {
-            for (uint x = begin.x; x < end.x; ++x) {
+        for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
+            for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
                 uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
                 bool solid = bits - 1u < 0x7f800000u;
                 float stored = uintBitsToFloat(solid ? bits : nearest);
@@ -53,6 +83,14 @@ void main() {
                 mask |= slot_mask(first, last);
             }
         }
+        if (GROUP_A_TILE) {
+            atomicOr(group_mask[0], mask.x);
+            atomicOr(group_mask[1], mask.y);
+            barrier();
+            mask = uvec2(group_mask[0], group_mask[1]);
+        }
     }
-    imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(near), floatBitsToUint(far), mask));
+    if (stores) {
+        imageStore(tile_bounds, ivec2(at), uvec4(floatBitsToUint(near), floatBitsToUint(far), mask));
+    }
 }

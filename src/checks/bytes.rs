@@ -177,6 +177,7 @@ pub fn given_depth(renderer: &Renderer) -> Result<Vec<Row>> {
     let masked = Request { depth_bounds: Some(DepthBounds::Mask), ..request(Technique::TiledForward) };
     let cases = [
         ("tiles, 2.5d", masked.clone()),
+        ("tiles, 2.5d, reduced by groups", Request { group_a_tile: Some(true), ..masked.clone() }),
         ("tiles of 64, 2.5d", Request { tile: 64, ..masked }),
         ("explicit clusters", clusters(16)),
         ("merged clusters", clusters(32)),

@@ -72,6 +72,10 @@ fn variants() -> Vec<(String, Request)> {
     for tile in [8, 32, 64] {
         variants.push((format!("tile {tile}"), Request { tile, ..base.clone() }));
     }
+    for tile in [8, 16, 64] {
+        let request = Request { tile, group_a_tile: Some(true), ..base.clone() };
+        variants.push((format!("tile {tile}, depths reduced by groups"), request));
+    }
     variants.push(("no pre-pass".into(), Request { prepass: false, ..base }));
     variants
 }

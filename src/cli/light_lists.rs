@@ -60,3 +60,12 @@ pub(super) fn parse_tile(text: &str) -> Result<u32, String> {
         _ => Err("a tile is 8, 16, 32 or 64 pixels wide".into()),
     }
 }
+
+/// `--depth-reduce`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DepthReduceArg {
+    /// One thread walks through it.
+    Thread,
+    /// A group of threads shares it.
+    Group,
+}

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::cli::{
-    AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg, FetchArg,
-    GbufferArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
+    AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
+    DepthReduceArg, FetchArg, GbufferArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
 };
 use crate::error::{Error, Result};
 use crate::plan::{
@@ -180,6 +180,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             GbufferArg::Compact => GbufferLayout::Compact,
         },
         normal_bits: shared.normal_bits,
+        group_a_tile: shared.depth_reduce.map(|by| by == DepthReduceArg::Group),
         pixels_a_thread: shared.pixels_a_thread,
         accumulation: match shared.accumulation {
             AccumulationArg::F32 => Accumulation::F32,

@@ -39,8 +39,9 @@ pub fn depth_slot(near: f32, slots_a_metre: f32, d: f32, slots: u32) -> u32 {
     ((d - near) * slots_a_metre).clamp(0.0, (slots - 1) as f32) as u32
 }
 
-/// Distances between which everything lies that [`depth_slot`] puts into slots `first` to `last`, of a power of two: its inverse, widened by more than it may
-/// round. A slot is found from `(d - near) * slots * reciprocal(far - near)`, which is off by less than 2^-20 of itself.
+/// Distances between which everything lies that [`depth_slot`] puts into slots `first` to `last`, of a power of two: its inverse, widened
+/// by more than it may round. A slot is found from `(d - near) * slots * reciprocal(far - near)`, which is off by less than 2^-20 of
+/// itself.
 pub fn slot_distances([near, far]: [f32; 2], slots: u32, first: u32, last: u32) -> [f32; 2] {
     let step = (far - near) * (1.0 / slots as f32);
     let (a, b) = (first as f32 * step, (last + 1) as f32 * step);

@@ -1,9 +1,9 @@
 //! Light assignment: which lights touch a cluster, in id order (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
 //!
 //! Reads: tile grid, lights to cull, candidates (lists of tiles; `cluster_walk` has those from the light hierarchy), tile edges, slices
-//! and directions; keys and boxes of clusters, where there are any. Writes: cluster lists and where each begins. Steps: cells (what is asked of each
-//! cluster, in one image), count, scan, fill; groups of 64, a thread a cluster, as many groups as the device finds clusters. Limits: the
-//! plan sizes the lists for the most there can be. CPU twin: `reference/cluster_assign.rs`.
+//! and directions; keys and boxes of clusters, where there are any. Writes: cluster lists and where each begins. Steps: cells (what is
+//! asked of each cluster, in one image), count, scan, fill; groups of 64, a thread a cluster, as many groups as the device finds
+//! clusters. Limits: the plan sizes the lists for the most there can be. CPU twin: `reference/cluster_assign.rs`.
 
 use ash::vk;
 

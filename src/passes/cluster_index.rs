@@ -1,11 +1,11 @@
 //! Cluster index: the cluster of each sample and, for explicit bounds, the view-space box of each cluster's samples (O. Olsson,
 //! M. Billeter, U. Assarsson, HPG 2012, sections 3.2 and 3.3).
 //!
-//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions, entries. Writes: an R32_UINT image of a texel a sample (`NO_CLUSTER` for the sky), and
-//! `BOX_WORDS` floats a cluster. Groups of 64, a thread a block, which owns its entries; where tiles have several blocks a second step, a
-//! thread a cluster, takes the least and greatest of its entries, in any order the same. A box holds the pixels' squares at the distances
-//! that their stored depths may mean, so the position that is shaded lies inside. Limits: none of its own. CPU twin:
-//! `reference/cluster_index.rs`.
+//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions, entries. Writes: an R32_UINT image of a texel
+//! a sample (`NO_CLUSTER` for the sky), and `BOX_WORDS` floats a cluster. Groups of 64, a thread a block, which owns its entries; where
+//! tiles have several blocks a second step, a thread a cluster, takes the least and greatest of its entries, in any order the same. A box
+//! holds the pixels' squares at the distances that their stored depths may mean, so the position that is shaded lies inside. Limits: none
+//! of its own. CPU twin: `reference/cluster_index.rs`.
 
 use ash::vk;
 

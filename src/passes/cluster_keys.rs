@@ -1,10 +1,10 @@
-//! Cluster keys: the clusters that own samples, in ascending order of tile, slice and, where asked for, direction (O. Olsson, M. Billeter, U. Assarsson, "Clustered
-//! Deferred and Forward Shading", HPG 2012, section 3).
+//! Cluster keys: the clusters that own samples, in ascending order of tile, slice and, where asked for, direction (O. Olsson, M.
+//! Billeter, U. Assarsson, "Clustered Deferred and Forward Shading", HPG 2012, section 3).
 //!
-//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions. Writes: keys of each block and where they lie among those of all blocks, all of them side by
-//! side, their number. Steps: sort the keys of each block, each once (groups of 64, a thread a block of at most 256 samples: a serial run
-//! is what CPU drivers are fastest at), scan, compact. Sky has no key. Limits: the plan sizes a block for a key a sample, or a slice and direction.
-//! CPU twin: `reference/cluster_keys.rs`.
+//! Reads: tile grid, cluster grid, depth, codes of normals where clusters tell directions. Writes: keys of each block and where they lie
+//! among those of all blocks, all of them side by side, their number. Steps: sort the keys of each block, each once (groups of 64, a
+//! thread a block of at most 256 samples: a serial run is what CPU drivers are fastest at), scan, compact. Sky has no key. Limits: the
+//! plan sizes a block for a key a sample, or a slice and direction. CPU twin: `reference/cluster_keys.rs`.
 
 use super::group_count::{self, Counted, rows};
 use super::{dispatch, nearest_sampler, scan};

@@ -1,4 +1,5 @@
-//! The script of clusters: lists of tiles or the light hierarchy as candidates, keys of samples, boxes, assignment. Adds no node of its own.
+//! The script of clusters: lists of tiles or the light hierarchy as candidates, keys of samples, boxes, assignment. Adds no node of its
+//! own.
 
 use super::cluster_assign::{self, Candidates, Keyed};
 use super::tile_cull::Lists;
@@ -50,8 +51,8 @@ pub struct ClusterLists {
     pub keyed: Option<Keyed>,
 }
 
-/// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so; `normals` are the codes of
-/// a compact G-buffer, where clusters tell directions.
+/// Adds every step; `depth` is what a pre-pass left, and clusters are made of its samples where the plan says so; `normals` are the codes
+/// of a compact G-buffer, where clusters tell directions.
 pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals: Option<ImageHandle>) -> ClusterLists {
     let Parts { tiles, tile_handles, clusters, handles } = *parts;
     let (candidates, tile_bounds) = match &clusters.tree {

@@ -1,5 +1,5 @@
-//! Light assignment through the light hierarchy: each cluster walks with its own box below each root; what it takes is put into the order of
-//! ids afterwards (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
+//! Light assignment through the light hierarchy: each cluster walks with its own box below each root; what it takes is put into the order
+//! of ids afterwards (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 3.4).
 //!
 //! Reads: tile grid, lights to cull, tile edges, cells, the hierarchy. Writes: cluster lists and where each begins, the same as those whose
 //! candidates come from lists of tiles without depth bounds. Steps: count, scan, fill, where there are several roots the first of each

@@ -2,8 +2,9 @@
 //! culling for Forward+", SIGGRAPH Asia 2012).
 //!
 //! Reads: tile grid, depth. Writes: tile bounds, an RGBA32_UINT image of a texel a tile: two distances as bits, then a mask of 64 bits.
-//! Groups of 8x8 threads, a thread a tile: serial runs are what CPU drivers are fastest at. Sky never enters; a tile of nothing but sky
-//! has its nearest distance beyond its farthest. Limits: none. CPU twin: `reference/depth_reduce.rs`.
+//! Groups of 8x8 threads, a thread a tile, because serial runs are what CPU drivers are fastest at, or a group a tile, because GPUs want
+//! the opposite; the profile says which (`plan/tiles.rs`). Sky never enters; a tile of nothing but sky has its nearest distance beyond
+//! its farthest. Limits: none. CPU twin: `reference/depth_reduce.rs`.
 
 use ash::vk;
 
@@ -35,9 +36,14 @@ pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, depth: Image
         depth: ComputeSampled(depth, nearest_sampler()),
         tile_bounds: ComputeImageWrite(bounds, Contents::Discarded),
     };
-    let spec =
-        depth_reduce::Spec { TILE: tiles.tile, DEPTH_BOUNDS: bounds_constant(tiles.bounds), DEPTH_SLOTS: tiles.slots };
-    let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
+    let spec = depth_reduce::Spec {
+        TILE: tiles.tile,
+        DEPTH_BOUNDS: bounds_constant(tiles.bounds),
+        DEPTH_SLOTS: tiles.slots,
+        GROUP_A_TILE: tiles.group_a_tile,
+    };
+    let tiles_a_group = if tiles.group_a_tile { 1 } else { 8 };
+    let groups = [size[0].div_ceil(tiles_a_group), size[1].div_ceil(tiles_a_group), 1];
     graph.add("depth_reduce", dispatch(&depth_reduce::PROGRAM, spec.values(), set.list(), groups));
     bounds
 }

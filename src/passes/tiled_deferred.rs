@@ -2,7 +2,8 @@
 //! of its tile, in a compute pass.
 //!
 //! Reads: frame, lights, tile grid, lists, G-buffer. Writes: radiance, every pixel of it (0 where no lit surface is seen). Groups of 8x8
-//! threads, a thread a pixel, or four below each other, which read each light once. Limits: the plan's. CPU twin: `reference/shade.rs`; equal to the forms of `deferred` bit for bit.
+//! threads, a thread a pixel, or four below each other, which read each light once. Limits: the plan's. CPU twin: `reference/shade.rs`;
+//! equal to the forms of `deferred` bit for bit.
 
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};

@@ -9,7 +9,7 @@
 //! taken twice as deep until it does not.
 
 use super::assign::{self, TreeSource};
-use super::{AssignChoice, ClusterBounds, CullTest, DepthBounds, GbufferLayout, Limits, Request, Technique, Tiles};
+use super::{ClusterBounds, CullTest, Limits, Request, Tiles};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::scene::view::View;
@@ -17,6 +17,8 @@ use crate::shared::{
     BIN_TILES, BOX_WORDS, CELL_TEXELS, CELLS_WIDE, CULL_TEXELS, ClusterGrid, FAR_LIMIT, NORMAL_CELL_TEXELS,
     NORMAL_CELLS_WIDE, TileGrid,
 };
+
+pub(super) use options::{asked, check_normals};
 
 /// What the plan decided about clusters.
 #[derive(Debug, Clone)]
@@ -62,56 +64,6 @@ struct Reach {
     tiles: u64,
     near: f32,
     far: f32,
-}
-
-/// The request as tiles get it: clusters know depths better than a mask, so their candidates have one only where it is asked for.
-///
-/// # Errors
-/// Clusters by normal, where the technique has no normals; a source of candidates where it has no clusters; depth bounds of tiles that make
-/// no lists.
-pub(super) fn asked(technique: Technique, request: Request) -> Result<Request> {
-    let bounded = request.depth_bounds.filter(|bounds| *bounds != DepthBounds::Off);
-    let assign = match (request.assign, bounded) {
-        (AssignChoice::Auto, None) => AssignChoice::Auto,
-        (asked, _) if asked != AssignChoice::Auto && !technique.clusters() => {
-            let (asked, name) = (asked.name(), technique.name());
-            return Err(Error::usage(format!("--assign {asked} is for clusters, which {name} does not make")));
-        }
-        (AssignChoice::Tree, Some(bounds)) => {
-            let bounds = bounds.name();
-            return Err(Error::usage(format!(
-                "--depth-bounds {bounds} is for lists of tiles, and --assign tree makes none"
-            )));
-        }
-        (AssignChoice::Tree, None) => AssignChoice::Tree,
-        // Lists of tiles alone know depth bounds.
-        (AssignChoice::Auto, Some(_)) | (AssignChoice::Tiles, _) => AssignChoice::Tiles,
-    };
-    let least = technique.clusters().then_some(DepthBounds::MinMax);
-    Ok(Request { depth_bounds: request.depth_bounds.or(least), assign, ..request })
-}
-
-/// Refuses clusters that tell directions where no codes of normals are, or no samples. `request` is what was typed.
-///
-/// # Errors
-/// Such a request.
-pub(super) fn check_normals(technique: Technique, request: &Request) -> Result<()> {
-    if !request.cluster_normals {
-        return Ok(());
-    }
-    if technique != Technique::ClusteredDeferred {
-        let name = technique.name();
-        return Err(Error::usage(format!(
-            "--cluster-normals is for clusters over a G-buffer, which {name} does not make"
-        )));
-    }
-    if !request.prepass {
-        return Err(Error::usage("--cluster-normals is for clusters that are made of samples: it needs a pre-pass"));
-    }
-    if request.gbuffer != GbufferLayout::Compact {
-        return Err(Error::usage("--cluster-normals reads the codes of normals, which --gbuffer fat does not store"));
-    }
-    Ok(())
 }
 
 impl Clusters {
@@ -442,5 +394,6 @@ fn pairs(reaches: &[Reach], slices: &[[f32; 4]], direction_bits: u32, in_tile: u
 
 mod directions;
 mod longest;
+mod options;
 #[cfg(test)]
 mod tests;

@@ -114,7 +114,7 @@ fn depth_range(scene: &Scene, view: &View) -> [f64; 2] {
 pub fn estimate(profile: &Profile, load: &Load, technique: Technique) -> f64 {
     let p = profile;
     let listed = load.pairs * TILE_WASTE;
-    let lists = p.lists_ms * 1e6 + load.pixels * p.bounds + load.tests * p.cull;
+    let lists = p.lists_ms * 1e6 + load.pixels * p.bounds.min(p.group_bounds) + load.tests * p.cull;
     let clusters = p.clusters_ms * 1e6 + load.pixels * p.cluster;
     let everywhere = load.everywhere * load.pixels;
     let forward = |pairs: f64| (pairs + everywhere) * p.pair;

@@ -24,8 +24,10 @@ pub struct Profile {
     pub shared_pair: f64,
     /// A pixel's G-buffer is written and read, beyond shading the surface where it is drawn.
     pub gbuffer: f64,
-    /// Depth bounds of a pixel.
+    /// Depth bounds of a pixel, a thread a tile.
     pub bounds: f64,
+    /// The same, a group of threads a tile.
+    pub group_bounds: f64,
     /// One light is tested against one tile, counted and filled.
     pub cull: f64,
     /// A pixel's cluster is found.
@@ -57,6 +59,7 @@ impl Profile {
             shared_pair: 3.2,
             gbuffer: 32.0,
             bounds: 11.0,
+            group_bounds: 20.0,
             cull: 10.0,
             cluster: 46.0,
             volume: 11_000.0,
@@ -80,6 +83,7 @@ impl Profile {
             shared_pair: 6.0,
             gbuffer: 40.0,
             bounds: 17.0,
+            group_bounds: 127.0,
             cull: 34.0,
             cluster: 63.0,
             volume: 27_500.0,
@@ -104,6 +108,7 @@ impl Profile {
             self.shared_pair,
             self.gbuffer,
             self.bounds,
+            self.group_bounds,
             self.cull,
             self.cluster,
             self.volume,

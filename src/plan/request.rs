@@ -274,6 +274,8 @@ pub struct Request {
     pub gbuffer: GbufferLayout,
     /// Of each of a normal's two codes in the compact G-buffer: 8, 10 or 16.
     pub normal_bits: u32,
+    /// A group of threads reduces the depths of a tile, else one thread; `None`: as the profile has it quicker.
+    pub group_a_tile: Option<bool>,
     /// Pixels that a thread of `tiled-deferred` shades, 1 or 4; `None`: as the profile has it quicker.
     pub pixels_a_thread: Option<u32>,
     /// What light volumes add in.
@@ -306,6 +308,7 @@ impl Default for Request {
             deferred_lights: DeferredLights::Volumes,
             gbuffer: GbufferLayout::Compact,
             normal_bits: 16,
+            group_a_tile: None,
             pixels_a_thread: None,
             accumulation: Accumulation::F32,
             show_lights: false,

@@ -87,7 +87,7 @@ fn lights(camera: &Camera, size: (u32, u32), count: usize, seed: u64) -> Result<
     let view = View::new(camera, size.0, size.1)?;
     let mut random = Random::new(seed);
     let light = |index: usize| {
-        let maker: Maker = if index % 2 == 0 { anywhere } else { MAKERS[index / 2 % MAKERS.len()] };
+        let maker: Maker = if index.is_multiple_of(2) { anywhere } else { MAKERS[index / 2 % MAKERS.len()] };
         let (center, range) = maker(&mut random, &view);
         let position = camera.camera_to_world.transform_point3(center);
         Light { range: Some(range as f32), ..point(position, 1e-3) }

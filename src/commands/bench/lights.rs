@@ -38,8 +38,8 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Of each device, how many times longer a full-screen loop over all lights takes than tiles do, and what `auto` takes over the best, as far
-/// as both were measured.
+/// Of each device, how many times longer a full-screen loop over all lights takes than tiles do, and what `auto` takes over the best, as
+/// far as both were measured.
 fn gains(runner: &Runner, sweep: &Sweep) -> Vec<String> {
     let median = |place: &Place, device: usize, case: &str| {
         let cell = place.cells.iter().find(|cell| cell.device == device && cell.case == case);

@@ -103,7 +103,7 @@ fn two_prices([a, b, first]: [f64; 3], [c, d, second]: [f64; 3]) -> [f64; 2] {
 fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let (width, height) = args.size.unwrap_or(SIZE);
     let shading = setup::shading(args.shading);
-    let request = Request { width, height, shading, ..Request::default() };
+    let request = Request { width, height, shading, group_a_tile: Some(false), ..Request::default() };
     let bencher =
         Bencher { renderer, request, frames: args.frames.map_or(FRAMES[usize::from(args.quick)], |n| n as usize) };
     let mut scene = setup::load_scene(args.scene.as_deref().unwrap_or("builtin:atrium"))?;
@@ -130,6 +130,8 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     };
     let clustered = both((Technique::ClusteredForward, 1))?;
     bar.finish_and_clear();
+    let groups = Request { group_a_tile: Some(true), ..bencher.request.clone() };
+    let grouped = Bencher { request: groups, ..bencher }.case(&scene, Technique::TiledForward, 1, RANGES[0])?;
     if tiled[1].times.nodes().iter().any(|node| node.1.is_none()) {
         return Err(Error::new("this device has no timestamps: passes cannot be timed one by one"));
     }
@@ -160,6 +162,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
         shared_pair,
         gbuffer: ((stored - inline) * 1e6 / pixels).max(0.0),
         bounds: tiled[0].ms(&["depth_reduce"]) * 1e6 / pixels,
+        group_bounds: grouped.ms(&["depth_reduce"]) * 1e6 / pixels,
         cull: slope(culls, tiled.each_ref().map(tests)),
         cluster: cluster_pixels * 1e6 / pixels,
         volume,
@@ -215,6 +218,7 @@ fn table(new: &Profile, old: &Profile) -> Table {
             row("and four pixels a thread", "ns a pair", new.shared_pair, old.shared_pair),
             row("G-buffer", "ns a pixel", new.gbuffer, old.gbuffer),
             row("depth bounds", "ns a pixel", new.bounds, old.bounds),
+            row("by groups of threads", "ns a pixel", new.group_bounds, old.group_bounds),
             row("a light against a tile", "ns", new.cull, old.cull),
             row("a pixel's cluster", "ns a pixel", new.cluster, old.cluster),
             row("a light volume", "ns", new.volume, old.volume),

@@ -1,7 +1,7 @@
 //! Slices in f64, and every bound counted once more by hand.
 
 use super::*;
-use crate::plan::Plan;
+use crate::plan::{GbufferLayout, Plan, Technique};
 use crate::scene::lighting::{LightRules, RangeRule};
 use crate::scene::{Projection, Scene, builtin, scatter};
 

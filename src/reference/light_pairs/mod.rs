@@ -1,8 +1,8 @@
 //! Pairs of light and sample, counted in f64: what light lists must hold, and what they hold in vain.
 //!
-//! A sample is the place at a pixel's centre and at its stored depth, in view space. A light reaches it where the
-//! distance is less than the range and, for a spot light, the angle is less than the outer one; occlusion does not count,
-//! and normals only where they are given: then a light behind a sample's surface does not reach it. Directional lights reach everything and stand in no list.
+//! A sample is the place at a pixel's centre and at its stored depth, in view space. A light reaches it where the distance is less than
+//! the range and, for a spot light, the angle is less than the outer one; occlusion does not count, and normals only where they are
+//! given: then a light behind a sample's surface does not reach it. Directional lights reach everything and stand in no list.
 
 use glam::DVec3;
 use rayon::prelude::*;
