@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use super::lists::{differing, radiance, radiance_of};
 use super::{Row, textured};
 use crate::error::Result;
-use crate::plan::{AssignChoice, DeferredLights, Fetch, GbufferLayout, Limits, Plan, Request, Technique};
+use crate::plan::{AssignChoice, DeferredLights, Fetch, FetchChoice, GbufferLayout, Limits, Plan, Request, Technique};
 use crate::renderer::Renderer;
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
@@ -71,8 +71,12 @@ pub fn agreement(renderer: &Renderer) -> Result<Vec<Row>> {
     scenes.push(("cornell", lit(builtin::load("cornell")?, 40)));
     let mut rows = Vec::new();
     for (name, scene) in &scenes {
+        let dark = Scene { lights: Vec::new(), ..scene.clone() };
         for shading in SHADINGS {
             let base = request(shading);
+            let lit = differing(&radiance(renderer, scene, &base)?, &radiance(renderer, &dark, &base)?);
+            let detail = format!("{lit} pixels differ from those without");
+            rows.push(Row { name: format!("lights are seen, {name}, {}", shading.name()), passed: lit > 1000, detail });
             let [exact, rounded] = forms(&base, fat_fits);
             let tiled = Request { technique: Technique::TiledDeferred, ..base.clone() };
             let pairs = [(&base, "forward", exact), (&tiled, "tiled-deferred", rounded)];
@@ -111,10 +115,13 @@ pub fn fetches(renderer: &Renderer) -> Result<Vec<Row>> {
             }
             let assign = if technique.clusters() { assign } else { AssignChoice::Auto };
             let request = Request { technique, assign, ..request(Shading::Gltf) };
-            let wanted = radiance(renderer, &scene, &request)?;
+            let texel = Plan::new(&scene, &Request { fetch: FetchChoice::Texel, ..request.clone() }, &device)?;
+            let wanted = radiance_of(renderer, &scene, &texel)?;
             for (limits, fetch) in [(&uniform, Fetch::Uniform), (&storage, Fetch::Storage)] {
                 let plan = Plan::new(&scene, &request, limits)?;
-                let planned = plan.lights.fetch == fetch && plan.tiles.as_ref().is_none_or(|t| !t.words_by_texel);
+                let lists = plan.tiles.as_ref().is_none_or(|t| !t.words_by_texel)
+                    && plan.clusters.as_ref().is_none_or(|c| !c.words_by_texel);
+                let planned = plan.lights.fetch == fetch && lists;
                 let count = differing(&wanted, &radiance_of(renderer, &scene, &plan)?);
                 let by = fetch.name();
                 let name = format!("C12 {} ({}), lights by {by}, lists by storage", technique.name(), assign.name());

@@ -4,7 +4,7 @@
 //! What goes into culling is planned on the CPU for the least sub-pixel precision, so that it does not depend on the device. A row's
 //! digest is that of its lists; tests/lists.txt has those that every driver must give.
 
-use super::Row;
+use super::{Row, clusters};
 use crate::error::{Error, Result};
 use crate::lists::{self, Made};
 use crate::math::random::Random;
@@ -140,11 +140,11 @@ pub fn given_bounds(renderer: &Renderer) -> Result<Vec<Row>> {
 }
 
 /// T10: numbers that a depth buffer may hold and those that it should not: no surface, -0, the least and the largest denormal, the least
-/// normal number, depths about 1, one past it, infinity.
+/// normal number, depths about 1, one past it, infinity, and a hundredth.
 const ODD: [u32; 10] =
     [0, 0x8000_0000, 1, 0x007f_ffff, 0x0080_0000, 0x3f7f_ffff, 0x3f80_0000, 0x3f80_0001, 0x7f80_0000, 0x3c23_d70a];
 
-/// Depths in blocks of 4x4 pixels: sky, one distance, two, any between two, and odd numbers; from integers, so that every machine has the
+/// Depths in blocks of 4x4 pixels: sky, odd numbers, one distance, two, and many from one on; from integers, so that every machine has the
 /// same.
 fn made_up_depths(width: u32, height: u32) -> Vec<f32> {
     let of_pixel = |pixel: u32| {
@@ -152,8 +152,8 @@ fn made_up_depths(width: u32, height: u32) -> Vec<f32> {
         let mut shape = Random::new(block);
         let mut own = Random::new(1 << 32 | u64::from(pixel));
         let [kind, first, last] = [(); 3].map(|()| shape.next_u64());
-        // Reversed depth of 0.05 m to some 12 m before a near plane of 0.05 m.
-        let stored = |word: u64| f32::from_bits(0x3b80_0000 + (word % 0x0480_0000) as u32);
+        // From 1/256 to 1: 12.8 m and nearer, up to a near plane of 0.05 m.
+        let stored = |word: u64| f32::from_bits(0x3b80_0000 + (word % 0x0400_0000) as u32);
         let mix = own.next_u64();
         match kind % 8 {
             0 => 0.0,
@@ -166,21 +166,22 @@ fn made_up_depths(width: u32, height: u32) -> Vec<f32> {
     (0..width * height).map(of_pixel).collect()
 }
 
-/// C10, T10: lists of tiles and of clusters from depths that are given: bounds and lists equal the twin's, and their digest.
+/// C10, T10: lists of tiles and of clusters from depths that are given: bounds, clusters and lists equal the twin's, the oracle misses no
+/// light, and their digest.
 pub fn given_depth(renderer: &Renderer) -> Result<Vec<Row>> {
     let scene = court()?;
     let limits = Limits { sub_pixel_bits: Limits::MINIMUM.sub_pixel_bits, ..renderer.limits() };
     let depth = made_up_depths(150, 85);
-    let clusters = |tile| Request { tile, ..request(Technique::ClusteredForward) };
-    let implicit = Request { cluster_bounds: Some(ClusterBounds::Implicit), ..clusters(16) };
-    let by_tree = Request { assign: AssignChoice::Tree, ..clusters(16) };
+    let clustered = |tile| Request { tile, ..request(Technique::ClusteredForward) };
+    let implicit = Request { cluster_bounds: Some(ClusterBounds::Implicit), ..clustered(16) };
+    let by_tree = Request { assign: AssignChoice::Tree, ..clustered(16) };
     let masked = Request { depth_bounds: Some(DepthBounds::Mask), ..request(Technique::TiledForward) };
     let cases = [
         ("tiles, 2.5d", masked.clone()),
         ("tiles, 2.5d, reduced by groups", Request { group_a_tile: Some(true), ..masked.clone() }),
         ("tiles of 64, 2.5d", Request { tile: 64, ..masked }),
-        ("explicit clusters", clusters(16)),
-        ("merged clusters", clusters(32)),
+        ("explicit clusters", clustered(16)),
+        ("merged clusters", clustered(32)),
         ("implicit clusters", implicit),
         ("clusters by tree", by_tree),
     ];
@@ -192,8 +193,16 @@ pub fn given_depth(renderer: &Renderer) -> Result<Vec<Row>> {
         prepared.draw(1)?;
         let (picture, violations) = prepared.finish()?;
         let made = lists::read(&plan, &picture);
-        let wrong = violations.len() + super::lists::unlike_twin(&plan, &made) + unlike_depths(&made.depth, &depth);
-        let mut row = Row::none(format!("C10 lists of given depths, {name}"), wrong, "buffers that differ");
+        let of_lists = if plan.clusters.is_some() {
+            clusters::wrong_of(plan, &picture, violations.len())?
+        } else {
+            let counts = made.judge(&plan);
+            let missed = counts.missed_pairs + counts.unordered + counts.foreign;
+            violations.len() + super::lists::unlike_twin(&plan, &made) + missed as usize
+        };
+        let wrong = of_lists + unlike_depths(&made.depth, &depth);
+        let mut row =
+            Row::none(format!("C10 lists of given depths, {name}"), wrong, "buffers that differ, or pairs missed");
         row.passed &= !made.cells.lights.is_empty();
         let digest = digest([&made.cells.offsets, &made.cells.lights]);
         row.detail += &format!(", {} pairs, digest {digest:016x}", made.cells.lights.len());

@@ -132,30 +132,41 @@ fn make_of(renderer: &Renderer, scene: &Scene, plan: Plan) -> Result<Made> {
     // The second frame meets what the first one left.
     prepared.draw(2)?;
     let (picture, violations) = prepared.finish()?;
+    read(plan, &picture, violations.len())
+}
+
+/// Buffers of clusters that differ from the twin's, and pairs that are missed or out of order, in what a frame of their lists left.
+pub(in crate::checks) fn wrong_of(plan: Plan, picture: &Picture, violations: usize) -> Result<usize> {
+    let made = read(plan, picture, violations)?;
+    let counts = judged(&made, &made.index, &made.lists);
+    Ok(unlike_twin(&made)? + (counts.missed_pairs + counts.unordered + counts.foreign) as usize)
+}
+
+fn read(plan: Plan, picture: &Picture, violations: usize) -> Result<Made> {
     let (tiles, clusters) = parts(&plan)?;
     let depth = picture.layer("depth").unwrap_or(&[]).to_vec();
-    let total = words(&picture, "cluster_total").first().copied().unwrap_or(clusters.grid.capacity);
+    let total = words(picture, "cluster_total").first().copied().unwrap_or(clusters.grid.capacity);
     let dense = |(pixel, &depth): (u32, &f32)| {
         tile_of(tiles, pixel) * clusters.grid.slices + cluster_keys::slice(&tiles.grid, &clusters.grid, depth)
     };
-    let mut index = words(&picture, "cluster_index");
+    let mut index = words(picture, "cluster_index");
     if !clusters.keyed {
         index = (0..).zip(&depth).map(dense).collect();
     }
-    let mut keys = words(&picture, "cluster_keys");
+    let mut keys = words(picture, "cluster_keys");
     keys.truncate(total as usize);
-    let mut boxes = words(&picture, "cluster_bounds");
+    let mut boxes = words(picture, "cluster_bounds");
     let explicit = clusters.bounds == ClusterBounds::Explicit;
     boxes.truncate(if explicit { (total * BOX_WORDS) as usize } else { 0 });
     let tile_lists = if plan.walks_tree() {
         trees::tile_lists(tiles)
     } else {
-        lists(&picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles())
+        lists(picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles())
     };
-    let lists = lists(&picture, ["list_offsets", "list_lights"], 1, total);
+    let lists = lists(picture, ["list_offsets", "list_lights"], 1, total);
     let bits = plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
-    let codes = normal_codes(&picture, bits);
-    Ok(Made { depth, tile_lists, index, keys, boxes, codes, lists, violations: violations.len(), plan })
+    let codes = normal_codes(picture, bits);
+    Ok(Made { depth, tile_lists, index, keys, boxes, codes, lists, violations, plan })
 }
 
 /// Buffers in which the device differs from the twin run on the depth that was read back, and what the checker found.

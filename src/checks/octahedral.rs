@@ -13,9 +13,13 @@ use crate::scene::builtin;
 /// Distance between a normal that the device decodes and the one in f64: an ulp or two of each coordinate.
 const BOUND: f64 = 4e-7;
 
-/// Every code, and of 16 bits 52 rows of 65,536: the first, the last and, at 25 x 1285, the middle among them.
-const CODES: [Codes; 3] =
-    [Codes { bits: 8, row_step: 1 }, Codes { bits: 10, row_step: 1 }, Codes { bits: 16, row_step: 1285 }];
+/// Every code, and of 16 bits the first and the last row, and rows on either side of the middle one, 32,767, where y changes its sign.
+const CODES: [Codes; 4] = [
+    Codes { bits: 8, first_row: 0, row_step: 1 },
+    Codes { bits: 10, first_row: 0, row_step: 1 },
+    Codes { bits: 16, first_row: 0, row_step: 65_535 },
+    Codes { bits: 16, first_row: 642, row_step: 1285 },
+];
 
 /// Decoded normals are finite, of unit length and those of f64.
 pub fn octahedral(renderer: &Renderer) -> Result<Vec<Row>> {
@@ -38,11 +42,11 @@ pub fn octahedral(renderer: &Renderer) -> Result<Vec<Row>> {
             length = length.max(far((n.length() - 1.0).abs()));
             found += 1;
         }
-        let bits = codes.bits;
-        rows.push(Row::at_most(format!("L5 {found} normals of {bits} bits against f64"), farthest, BOUND));
-        rows.push(Row::at_most(format!("L5 lengths of {found} normals of {bits} bits against 1"), length, BOUND));
+        let bits = format!("{} bits, every {} rows,", codes.bits, codes.row_step);
+        rows.push(Row::at_most(format!("L5 {found} normals of {bits} against f64"), farthest, BOUND));
+        rows.push(Row::at_most(format!("L5 lengths of {found} normals of {bits} against 1"), length, BOUND));
         rows.push(Row::none(
-            format!("L5 {wanted} normals of {bits} bits are decoded"),
+            format!("L5 {wanted} normals of {bits} are decoded"),
             wanted.abs_diff(found) as usize + violations.len(),
             "missing, or violations",
         ));

@@ -14,6 +14,8 @@ use crate::shaders::prim::octahedral_probe;
 pub struct Codes {
     /// Of a code.
     pub bits: u32,
+    /// The first row.
+    pub first_row: u32,
     /// From row to row.
     pub row_step: u32,
 }
@@ -21,12 +23,12 @@ pub struct Codes {
 impl Codes {
     /// Rows of codes.
     pub fn rows(&self) -> u32 {
-        (1u32 << self.bits).div_ceil(self.row_step)
+        ((1u32 << self.bits) - self.first_row).div_ceil(self.row_step)
     }
 
     /// Both codes of number `index`.
     pub fn code(&self, index: u32) -> [u32; 2] {
-        [index & ((1 << self.bits) - 1), (index >> self.bits) * self.row_step]
+        [index & ((1 << self.bits) - 1), self.first_row + (index >> self.bits) * self.row_step]
     }
 }
 
@@ -38,7 +40,7 @@ pub fn frame(plan: &Plan, codes: &Codes) -> Frame {
     let normals = graph.buffer("normals", bytes, Lifetime::Transient);
     let result = graph.buffer("normals (host)", bytes, Lifetime::ReadBack);
     let set = octahedral_probe::Bindings { normals: ComputeStorageWrite(normals) };
-    let spec = octahedral_probe::Spec { BITS: codes.bits, ROW_STEP: codes.row_step };
+    let spec = octahedral_probe::Spec { BITS: codes.bits, FIRST_ROW: codes.first_row, ROW_STEP: codes.row_step };
     let groups = [(1 << codes.bits) / 64, codes.rows(), 1];
     graph.add("octahedral_probe", dispatch(&octahedral_probe::PROGRAM, spec.values(), set.list(), groups));
     graph.end_frame();

@@ -140,18 +140,26 @@ pub fn estimate(profile: &Profile, load: &Load, technique: Technique) -> f64 {
 pub fn why(profile: &Profile, ranked: &[(Technique, f64)], taken: Technique) -> String {
     let all: Vec<_> = ranked.iter().map(|(t, ms)| format!("{} {ms:.1}", t.name())).collect();
     let taken = taken.name();
+    if ranked.len() == 1 {
+        return format!("auto took {taken}: an option asks for it");
+    }
     format!("auto took {taken}: estimated ms for lights are {} ({})", all.join(", "), profile.source)
 }
 
 /// Techniques that `auto` may take for a request, best first, with their estimates in milliseconds.
 pub fn ranked(profile: &Profile, load: &Load, request: &Request, limits: &Limits) -> Vec<(Technique, f64)> {
     let load = &Load { shares: load.shares && request.may_share_lights(), ..*load };
-    if request.cluster_normals {
-        let only = Technique::ClusteredDeferred;
+    // Options that one technique alone takes ask for it.
+    let only = match request {
+        Request { cluster_normals: true, .. } => Some(Technique::ClusteredDeferred),
+        Request { pixels_a_thread: Some(_), .. } => Some(Technique::TiledDeferred),
+        _ => None,
+    };
+    if let Some(only) = only {
         return vec![(only, estimate(profile, load, only))];
     }
     let mut techniques = vec![Technique::Forward, Technique::TiledForward, Technique::ClusteredForward];
-    // Without a pre-pass the deferred ones have no depth bounds; what asks for a G-buffer's own options asks for one.
+    // Without a pre-pass the deferred ones have no depth bounds.
     if request.prepass {
         techniques.extend([Technique::TiledDeferred, Technique::ClusteredDeferred]);
         if limits.float_blend && request.deferred_lights == DeferredLights::Volumes {

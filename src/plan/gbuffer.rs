@@ -160,7 +160,7 @@ fn light_pass(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) 
     let blends = limits.float_blend || request.accumulation == Accumulation::F16;
     if form == DeferredLights::Volumes && !blends {
         plan.notes.push(
-            "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes, to the same bits"
+            "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes, to the same bits up to what f32 holds"
                 .into(),
         );
         form = DeferredLights::FullscreenBranch;
@@ -215,6 +215,7 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     /// Pixels that a thread of tiled-deferred shades.
     fn pixels(request: Request, shared_pair: f64) -> crate::error::Result<Option<u32>> {
         let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
@@ -242,7 +243,6 @@ mod tests {
         assert!(pixels(other, 0.0).expect_err("another technique").to_string().contains("clustered-deferred"));
     }
 
-    use super::*;
     use crate::scene::{Scene, builtin};
 
     fn scene() -> Scene {

@@ -169,6 +169,7 @@ impl Plan {
             notes,
             lighting,
         };
+        tiles::check_reduction(&plan, request)?;
         plan.deferred = Deferred::new(&mut plan, request, extent, limits)?;
         plan.light_parts = LightParts::new(&mut plan, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;

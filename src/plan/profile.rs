@@ -26,7 +26,7 @@ pub struct Profile {
     pub gbuffer: f64,
     /// Depth bounds of a pixel, a thread a tile.
     pub bounds: f64,
-    /// The same, a group of threads a tile.
+    /// The same, a group of threads a tile; of tiles of 16 pixels, as the one before it. Larger tiles favour groups more.
     pub group_bounds: f64,
     /// One light is tested against one tile, counted and filled.
     pub cull: f64,
@@ -36,7 +36,8 @@ pub struct Profile {
     pub volume: f64,
     /// A pixel of a volume is tested.
     pub volume_pixel: f64,
-    /// A pixel that a volume's light reaches is shaded and blended.
+    /// A pixel that a volume's light reaches is shaded and blended, beyond that. 0 where two loads gave no price of its own: shading is then in
+    /// the price of a pixel.
     pub volume_pair: f64,
     /// Milliseconds: the steps of list making by themselves.
     pub lists_ms: f64,

@@ -10,7 +10,7 @@ use super::gbuffer::depth_terms;
 use super::light_parts::Sum;
 use super::projection::{self, PixelRect};
 use super::request::{CullTest, DepthBounds};
-use super::{Limits, Request};
+use super::{Limits, Plan, Request};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::scene::LightKind;
@@ -259,6 +259,21 @@ impl Tiles {
         }
         Ok(())
     }
+}
+
+/// What has no depths to reduce refuses a way to do it.
+///
+/// # Errors
+/// A way that was asked for.
+pub(super) fn check_reduction(plan: &Plan, request: &Request) -> Result<()> {
+    let reduces = plan.tiles.as_ref().is_some_and(|tiles| tiles.bounds != DepthBounds::Off);
+    if request.group_a_tile.is_some() && !reduces {
+        let name = plan.technique.name();
+        return Err(Error::usage(format!(
+            "--depth-reduce is for lists of tiles with depth bounds, which {name} as it is asked for does not make"
+        )));
+    }
+    Ok(())
 }
 
 /// As asked, or what the profile has as quicker.

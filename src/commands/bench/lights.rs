@@ -54,7 +54,7 @@ fn gains(runner: &Runner, sweep: &Sweep) -> Vec<String> {
         let others = place.cells.iter().filter(|cell| cell.device == device && cell.case != "auto");
         let best = others.filter_map(|cell| cell.spread()).map(|spread| spread.median).fold(f64::INFINITY, f64::min);
         let ratio = own.spread()?.median / best;
-        ratio.is_finite().then(|| format!("{ratio:.2} at {} ({})", place.name, own.technique.unwrap_or("-")))
+        best.is_finite().then(|| format!("{ratio:.2} at {} ({})", place.name, own.technique.unwrap_or("-")))
     };
     let auto_line = |device: usize| {
         let ratios: Vec<String> = sweep.places.iter().filter_map(|place| chosen(place, device)).collect();

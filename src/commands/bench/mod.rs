@@ -102,10 +102,10 @@ fn refuse_ignored(args: &Bench) -> Result<()> {
         (args.path.is_some(), "--path"),
         (!args.lights.is_empty(), "--lights"),
         (args.light_range.is_some(), "--light-range"),
-        (args.driver.len() > 1, "a second --driver"),
+        (args.driver.len() > 1, "second --driver"),
     ];
     match ignored.iter().find(|option| option.0) {
-        Some((_, name)) => Err(Error::usage(format!("bench profile takes no {}", name.trim_start_matches("a "))))?,
+        Some((_, name)) => Err(Error::usage(format!("bench profile takes no {name}"))),
         None => Ok(()),
     }
 }

@@ -64,7 +64,9 @@ impl Bencher<'_> {
     fn case(&self, scene: &Scene, technique: Technique, pixels_a_thread: u32, range: f64) -> Result<Case> {
         let rules = LightRules { range: setup::range(range), ..LightRules::default() };
         let pixels_a_thread = (technique == Technique::TiledDeferred).then_some(pixels_a_thread);
-        let request = Request { technique, rules, pixels_a_thread, ..self.request.clone() };
+        let lists = !matches!(technique, Technique::Forward | Technique::Deferred);
+        let group_a_tile = self.request.group_a_tile.filter(|_| lists);
+        let request = Request { technique, rules, pixels_a_thread, group_a_tile, ..self.request.clone() };
         let plan = Plan::new(scene, &request, &self.renderer.limits())?;
         let mut prepared = self.renderer.prepare(scene, &plan)?;
         prepared.draw(1)?;
@@ -107,7 +109,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let bencher =
         Bencher { renderer, request, frames: args.frames.map_or(FRAMES[usize::from(args.quick)], |n| n as usize) };
     let mut scene = setup::load_scene(args.scene.as_deref().unwrap_or("builtin:atrium"))?;
-    let bar = measured::progress(14, "profile");
+    let bar = measured::progress(13, "profile");
     let mut lit = |count: u32, (technique, pixels): (Technique, u32), range: f64| -> Result<Case> {
         setup::scatter_lights(&mut scene, Some(count), args.light_seed)?;
         let case = bencher.case(&scene, technique, pixels, range);

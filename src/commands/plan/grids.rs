@@ -78,6 +78,7 @@ pub(super) fn tiles_json(tiles: &Tiles) -> Value {
         "rows": tiles.grid.rows,
         "cull": tiles.cull.name(),
         "depth_bounds": tiles.bounds.name(),
+        "depth_reduce": (tiles.bounds != DepthBounds::Off).then_some(if tiles.group_a_tile { "group" } else { "thread" }),
         "slots": (tiles.bounds == DepthBounds::Mask).then_some(tiles.slots),
         "bin_columns": tiles.grid.bin_columns,
         "bin_rows": tiles.grid.bin_rows,
