@@ -144,11 +144,8 @@ pub(in crate::checks) struct Verdict {
     pub(in crate::checks) pairs: usize,
 }
 
-/// Buffers of tiles that are not the twin's; of clusters the twin's are compared elsewhere.
+/// Buffers of lists of tiles that are not the twin's.
 pub(in crate::checks) fn unlike_twin(plan: &Plan, made: &Made) -> usize {
-    if plan.clusters.is_some() {
-        return 0;
-    }
     let (bounds, [lists, bins]) = twin(plan, made);
     let differ = [
         bounds != made.bounds,

@@ -221,27 +221,12 @@ pub fn samplers(renderer: &Renderer) -> Result<Vec<Row>> {
 /// Metallic-roughness, occlusion, emissive and normal maps, the last with mirrored coordinates too.
 pub fn maps(renderer: &Renderer) -> Result<Vec<Row>> {
     let map = |image: usize| Some(turned(texture(image, TRILINEAR)));
-    // Red, and for the first map alpha, are far from what is read, so that a channel taken for another shows.
-    let rough = || image([[20, 150, 60, 255], [60, 190, 120, 255]], 8);
-    let dark = || image([[100; 4], [255; 4]], 9);
-    let leaning = || image([[96, 96, 235, 255], [160, 160, 255, 255]], 11);
     let metal = Material { metallic_roughness_texture: map(0), ..Material::default() };
     let shaded = Material { occlusion_texture: map(0), ..dielectric() };
     let glowing = Material { emissive: [1.0, 0.5, 0.25], emissive_texture: map(0), ..dielectric() };
     let bent = || Material { normal_texture: map(0), ..dielectric() };
-    let all = Material {
-        base_color_texture: map(0),
-        metallic_roughness_texture: map(1),
-        occlusion_texture: Some(Texture { uv_set: 1, ..texture(2, TRILINEAR) }),
-        emissive_texture: Some(texture(0, NEAREST)),
-        emissive: [0.5; 3],
-        normal_texture: map(3),
-        normal_scale: 0.7,
-        occlusion_strength: 0.6,
-        ..Material::default()
-    };
+    let (all, four) = every_map();
     let two = pair(scene(sheet(0.65), bent(), vec![leaning()]), mirrored(sheet(0.65)));
-    let four = vec![image(COLORS, 7), rough(), dark(), leaning()];
     let case = |name, scene, shading, ambient| Case { name, scene, shading, ambient };
     let cases = vec![
         case("metallic-roughness, gltf", scene(sheet(1.3), metal.clone(), vec![rough()]), Shading::Gltf, 0.0),
@@ -255,10 +240,10 @@ pub fn maps(renderer: &Renderer) -> Result<Vec<Row>> {
     rows(renderer, cases)
 }
 
-/// Sheets with every map and texture transform beside one that no light changes, and with a mask: for techniques to agree on.
-pub(super) fn mixed() -> [(&'static str, Scene); 2] {
+/// A material with every map, and the pictures that they are.
+fn every_map() -> (Material, Vec<Image>) {
     let map = |image: usize| Some(turned(texture(image, TRILINEAR)));
-    let all = Material {
+    let material = Material {
         base_color_texture: map(0),
         metallic_roughness_texture: map(1),
         occlusion_texture: Some(Texture { uv_set: 1, ..texture(2, TRILINEAR) }),
@@ -267,35 +252,49 @@ pub(super) fn mixed() -> [(&'static str, Scene); 2] {
         normal_texture: map(3),
         normal_scale: 0.7,
         occlusion_strength: 0.6,
-        double_sided: true,
         ..Material::default()
     };
-    let rough = image([[20, 150, 60, 255], [60, 190, 120, 255]], 8);
-    let images = vec![
-        image(COLORS, 7),
-        rough,
-        image([[100; 4], [255; 4]], 9),
-        image([[96, 96, 235, 255], [160, 160, 255, 255]], 11),
-    ];
-    let mut lit = pair(scene(sheet(0.65), all, images), sheet(0.65));
-    lit.materials.push(Material { unlit: true, base_color_texture: map(0), ..dielectric() });
-    lit.meshes[1].material = 1;
-    let mut masked = painted(sheet(1.3), texture(0, TRILINEAR));
-    for (texel, rgba) in masked.images[0].rgba8.chunks_exact_mut(4).enumerate() {
+    (material, vec![image(COLORS, 7), rough(), dark(), leaning()])
+}
+
+// Red, and for the first map alpha, are far from what is read, so that a channel taken for another shows.
+fn rough() -> Image {
+    image([[20, 150, 60, 255], [60, 190, 120, 255]], 8)
+}
+
+fn dark() -> Image {
+    image([[100; 4], [255; 4]], 9)
+}
+
+fn leaning() -> Image {
+    image([[96, 96, 235, 255], [160, 160, 255, 255]], 11)
+}
+
+/// A painted sheet whose texture has holes in its alpha.
+fn holed() -> Scene {
+    let mut holes = painted(sheet(1.3), texture(0, TRILINEAR));
+    for (texel, rgba) in holes.images[0].rgba8.chunks_exact_mut(4).enumerate() {
         let (x, y) = (texel as u32 % SIDE, texel as u32 / SIDE);
         rgba[3] = if (x / 16 + y / 16).is_multiple_of(2) { 255 } else { 0 };
     }
+    holes
+}
+
+/// A sheet with every map beside one that no light changes, and one with a mask: for techniques to agree on.
+pub(super) fn mixed() -> [(&'static str, Scene); 2] {
+    let (all, images) = every_map();
+    let mut lit = pair(scene(sheet(0.65), Material { double_sided: true, ..all }, images), sheet(0.65));
+    let unlit = Some(turned(texture(0, TRILINEAR)));
+    lit.materials.push(Material { unlit: true, base_color_texture: unlit, ..dielectric() });
+    lit.meshes[1].material = 1;
+    let mut masked = holed();
     masked.materials[0].alpha = AlphaMode::Mask(0.5);
     [("maps and unlit", lit), ("mask", masked)]
 }
 
 /// Alpha masks, blending (drawn opaque), vertex colours, unlit and double-sided materials.
 pub fn modes(renderer: &Renderer) -> Result<Vec<Row>> {
-    let mut holes = painted(sheet(1.3), texture(0, TRILINEAR));
-    for (texel, rgba) in holes.images[0].rgba8.chunks_exact_mut(4).enumerate() {
-        let (x, y) = (texel as u32 % SIDE, texel as u32 / SIDE);
-        rgba[3] = if (x / 16 + y / 16).is_multiple_of(2) { 255 } else { 0 };
-    }
+    let mut holes = holed();
     let mut blended = holes.clone();
     holes.materials[0].alpha = AlphaMode::Mask(0.5);
     blended.materials[0].alpha = AlphaMode::Blend;

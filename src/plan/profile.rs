@@ -82,7 +82,7 @@ impl Profile {
             pair: 44.0,
             deferred_pair: 13.0,
             shared_pair: 6.0,
-            gbuffer: 40.0,
+            gbuffer: 33.0,
             bounds: 17.0,
             group_bounds: 127.0,
             cull: 34.0,

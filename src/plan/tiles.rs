@@ -10,13 +10,15 @@ use super::gbuffer::depth_terms;
 use super::light_parts::Sum;
 use super::projection::{self, PixelRect};
 use super::request::{CullTest, DepthBounds};
-use super::{Limits, Plan, Request};
+use super::{Limits, Request};
 use crate::error::{Error, Result};
 use crate::math::cull;
 use crate::scene::LightKind;
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::{Lens, View};
 use crate::shared::{self, BIN_TILES, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid};
+
+pub(super) use reduction::check_reduction;
 
 /// What the plan decided about tiles.
 #[derive(Debug, Clone)]
@@ -112,7 +114,7 @@ impl Tiles {
             snap_slack: SNAP_STEPS * (-f64::from(limits.sub_pixel_bits)).exp2() * pixel_size(view),
             lights_by_texel: false,
             list_seek: !request.culls_tightly(),
-            group_a_tile: group_a_tile(request, limits),
+            group_a_tile: reduction::group_a_tile(request, limits),
         };
         let lights: Vec<_> = culled.par_iter().map(|light| tiles.cull_texels(light, view, extent)).collect();
         tiles.lights = lights.into_flattened();
@@ -261,27 +263,6 @@ impl Tiles {
     }
 }
 
-/// What has no depths to reduce refuses a way to do it.
-///
-/// # Errors
-/// A way that was asked for.
-pub(super) fn check_reduction(plan: &Plan, request: &Request) -> Result<()> {
-    let reduces = plan.tiles.as_ref().is_some_and(|tiles| tiles.bounds != DepthBounds::Off);
-    if request.group_a_tile.is_some() && !reduces {
-        let name = plan.technique.name();
-        return Err(Error::usage(format!(
-            "--depth-reduce is for lists of tiles with depth bounds, which {name} as it is asked for does not make"
-        )));
-    }
-    Ok(())
-}
-
-/// As asked, or what the profile has as quicker.
-fn group_a_tile(request: &Request, limits: &Limits) -> bool {
-    let quicker = || limits.profile.as_ref().is_some_and(|profile| profile.group_bounds < profile.bounds);
-    request.group_a_tile.unwrap_or_else(quicker)
-}
-
 /// The larger side of a pixel, on the image plane.
 fn pixel_size(view: &View) -> f64 {
     let e = view.lens.extents();
@@ -410,5 +391,6 @@ fn culled(lights: &[ResolvedLight]) -> impl Iterator<Item = &ResolvedLight> {
     lights.iter().filter(|l| l.kind != LightKind::Directional)
 }
 
+mod reduction;
 #[cfg(test)]
 mod tests;
