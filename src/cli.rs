@@ -8,12 +8,14 @@ pub use accuracy::{Accuracy, KnobName};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
+pub use effects::{EffectArgs, TransparentBoundsArg, TransparentSortArg};
 pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;
 mod bench;
 mod debug_view;
 mod deferred;
+mod effects;
 mod light_lists;
 
 /// A Vulkan renderer for scenes with very many lights, every step explicit.
@@ -106,6 +108,9 @@ pub struct Shared {
     /// What --deferred-lights volumes add in.
     #[arg(long, value_enum, default_value = "f32")]
     pub accumulation: AccumulationArg,
+    /// Effects.
+    #[command(flatten)]
+    pub effects: EffectArgs,
     /// Draw a small sphere of each light's colour where it stands.
     #[arg(long)]
     pub show_lights: bool,

@@ -79,6 +79,7 @@ impl Renderer {
             max_color_attachments: limits.max_color_attachments,
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
             float_blend: facts.float_blend,
+            fragment_stores: facts.fragment_stores,
         }
     }
 

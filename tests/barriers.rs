@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
-use lampyris::plan::{AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, Technique};
+use lampyris::plan::{
+    AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, Technique, TransparentBounds,
+};
 use lampyris::scene::{Scene, builtin, scatter};
 
 fn golden(name: &str) -> PathBuf {
@@ -141,6 +143,40 @@ fn clustered_forward_of_merged_blocks() {
 fn clustered_forward_without_prepass() {
     let request = Request { technique: Technique::ClusteredForward, prepass: false, ..Request::default() };
     compare("clustered_forward_no_prepass", &request);
+}
+
+/// Panes of glass, mixed in 32-bit floats, by fragment shaders that write buffers.
+fn compare_glass(name: &str, request: Request, limits: Limits) {
+    let glass = builtin::load("glass:layers=2").expect("a built-in scene");
+    compare_with(name, &glass, &request, &Limits { float_blend: true, fragment_stores: true, ..limits });
+}
+
+#[test]
+fn transparency_in_tiled_forward() {
+    let own = Request { technique: Technique::TiledForward, ..Request::default() };
+    let merged = Request { transparent_bounds: Some(TransparentBounds::Merged), ..own.clone() };
+    compare_glass("tiled_forward_transparent", own, Limits::MINIMUM);
+    compare_glass("tiled_forward_transparent_merged", merged, Limits::MINIMUM);
+}
+
+#[test]
+fn transparency_in_clusters() {
+    let technique = Technique::ClusteredDeferred;
+    let request = Request { width: 320, height: 180, technique, ..Request::default() };
+    compare_glass("clustered_deferred_transparent", request, Limits::MINIMUM);
+}
+
+#[test]
+fn transparency_over_light_volumes() {
+    let request = Request { technique: Technique::Deferred, ..Request::default() };
+    compare_glass("deferred_transparent", request, Limits::MINIMUM);
+}
+
+#[test]
+fn transparency_without_float_blending() {
+    let glass = builtin::load("glass:layers=2").expect("a built-in scene");
+    let request = Request { technique: Technique::Forward, ..Request::default() };
+    compare_with("forward_transparent_layer", &glass, &request, &Limits::MINIMUM);
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod barriers;
 mod command_line;
 mod controls;
 mod documents;
+mod effects;
 mod fuzz;
 mod graph_properties;
 mod hard_cases;

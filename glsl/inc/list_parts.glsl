@@ -16,5 +16,5 @@ vec4 shade_list_part(Surface s, uint begin, uint end) {
     uint from = begin + min(uint(before.a), end - begin);
     uint until = from + min(PART_LIGHTS, end - from);
     sum = add_listed_lights(sum, lobes, s, v, from, until);
-    return sum_after(sum, until - begin);
+    return sum_after(s, sum, until - begin);
 }

@@ -34,6 +34,7 @@ struct Surface {
     vec3 position;
     vec3 normal;
     vec3 base_color;
+    float alpha;
     float metallic;
     float roughness;
     float occlusion;
@@ -101,6 +102,7 @@ Surface read_surface() {
     Surface s;
     s.position = in_position_vs;
     s.base_color = base.rgb;
+    s.alpha = base.a;
     s.metallic = in_emissive_metallic.w;
     s.roughness = in_roughness_scales.x;
     if ((TEXTURES & TEXTURE_METALLIC_ROUGHNESS) != 0u) {

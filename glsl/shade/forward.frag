@@ -22,5 +22,5 @@ void main() {
     vec4 before = sum_before(s);
     uint first = min(uint(before.a), frame.data.light_count);
     uint end = first + min(PART_LIGHTS, frame.data.light_count - first);
-    out_radiance = sum_after(add_lights(before.rgb, lobes, s, v, first, end), end);
+    out_radiance = sum_after(s, add_lights(before.rgb, lobes, s, v, first, end), end);
 }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Nearest and farthest distance of each tile's samples, and the mask of slots between them that hold samples: a thread a tile, or a group a
+// Nearest and farthest distance of each tile's samples, opaque ones or stretches from blended to opaque ones, and the mask of slots between them that hold samples: a thread a tile, or a group a
 // tile, whose threads each walk through every eighth row and column. Either way the same words: minimum, maximum and bitwise or do not depend
 // on order.
 #include "base.glsl"
@@ -12,14 +12,37 @@ layout(constant_id = 20) const uint TILE = 16u;
 layout(constant_id = 21) const uint DEPTH_BOUNDS = BOUNDS_MASK;
 layout(constant_id = 22) const uint DEPTH_SLOTS = 32u;
 layout(constant_id = 23) const bool GROUP_A_TILE = false;
+layout(constant_id = 24) const uint SAMPLES = SAMPLES_OPAQUE;
 
 layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 1) uniform sampler2D depth;
 layout(set = 0, binding = 2, rgba32ui) uniform writeonly uimage2D tile_bounds;
+// Nearest blended fragment of each pixel.
+layout(set = 0, binding = 3) uniform sampler2D transparent_depth;
 
 shared uint group_nearest;
 shared uint group_farthest;
 shared uint group_mask[2];
+
+// Depth is reversed and never negative where something is: 0 is the sky. As integers its bits keep their order.
+uint solid_bits(float depth) {
+    uint bits = floatBitsToUint(depth);
+    return bits - 1u < 0x7f800000u ? bits : 0u;
+}
+
+// Bits of the nearest and the farthest depth of a pixel. The first is 0 where nothing counts, the second where the sky is behind.
+uvec2 pixel_bits(ivec2 at) {
+    uint opaque = solid_bits(texelFetch(depth, at, 0).x);
+    if (SAMPLES == SAMPLES_OPAQUE) {
+        return uvec2(opaque);
+    }
+    uint blended = solid_bits(texelFetch(transparent_depth, at, 0).x);
+    return uvec2(SAMPLES == SAMPLES_BOTH ? max(blended, opaque) : blended, opaque);
+}
+
+float farthest_distance(uint bits) {
+    return SAMPLES != SAMPLES_OPAQUE && bits == 0u ? grid.data.farthest : distance_range(grid.data, uintBitsToFloat(bits)).y;
+}
 
 void main() {
     uvec2 at = gl_GlobalInvocationID.xy;
@@ -35,15 +58,13 @@ void main() {
     }
     uvec2 begin = at * TILE;
     uvec2 end = min(begin + TILE, uvec2(grid.data.width, grid.data.height));
-    // Depth is reversed and never negative where something is: 0 is the sky. As integers its bits keep their order.
     uint nearest = 0u;
     uint farthest = 0xffffffffu;
     for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
         for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
-            uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
-            bool solid = bits - 1u < 0x7f800000u;
-            nearest = max(nearest, solid ? bits : 0u);
-            farthest = min(farthest, solid ? bits : 0xffffffffu);
+            uvec2 bits = pixel_bits(ivec2(x, y));
+            nearest = max(nearest, bits.x);
+            farthest = min(farthest, bits.x != 0u ? bits.y : 0xffffffffu);
         }
     }
     // What a thread does for its tile; of a group one does it.
@@ -68,19 +89,18 @@ void main() {
         return;
     }
     float near = distance_range(grid.data, uintBitsToFloat(nearest)).x;
-    float far = distance_range(grid.data, uintBitsToFloat(farthest)).y;
+    float far = farthest_distance(farthest);
     uvec2 mask = uvec2(0xffffffffu);
     if (DEPTH_BOUNDS == BOUNDS_MASK) {
         float scale = slots_a_metre(near, far, DEPTH_SLOTS);
         mask = uvec2(0u);
         for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
             for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
-                uint bits = floatBitsToUint(texelFetch(depth, ivec2(x, y), 0).x);
-                bool solid = bits - 1u < 0x7f800000u;
-                float stored = uintBitsToFloat(solid ? bits : nearest);
-                vec2 at_distance = distance_range(grid.data, stored);
-                uint first = depth_slot(near, scale, at_distance.x, DEPTH_SLOTS);
-                uint last = depth_slot(near, scale, at_distance.y, DEPTH_SLOTS);
+                uvec2 bits = pixel_bits(ivec2(x, y));
+                bits = bits.x != 0u ? bits : uvec2(nearest);
+                float begin = distance_range(grid.data, uintBitsToFloat(bits.x)).x;
+                uint first = depth_slot(near, scale, begin, DEPTH_SLOTS);
+                uint last = depth_slot(near, scale, farthest_distance(bits.y), DEPTH_SLOTS);
                 mask |= slot_mask(first, last);
             }
         }

@@ -98,11 +98,15 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
     let traced = reference.render(&shader, &|_| {});
     let uniform = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
     let is_hit = |pixel: usize| traced.surface_id[pixel] != u32::MAX;
-    let is_covered = |pixel: usize| drawn[pixel][3] > 0.5;
+    let is_covered = |pixel: usize| drawn[pixel][3] > 0.0;
     let pixels: Vec<usize> = (0..drawn.len()).filter(|&p| uniform[p] && is_hit(p)).collect();
     let interior = Interior::new(&traced.rgba, pixels);
     let (error, outliers) = interior.errors(&metrics::widen(&drawn));
-    let hit = |p: usize| reference.surface(p as u32 % request.width, p as u32 / request.width);
+    // Of surfaces over each other the nearest stands for all: its share of the pixel is at most 1.
+    let hit = |p: usize| {
+        let (x, y) = (p as u32 % request.width, p as u32 / request.width);
+        reference.blended(x, y).pop().or_else(|| reference.surface(x, y))
+    };
     let surfaces: Vec<Option<Surface>> = interior.pixels.iter().map(|&p| hit(p).map(|h| h.surface)).collect();
     let mut bound = picture_bound(renderer) + sampling_error(renderer, scene, &interior, &surfaces, &shader)?;
     let mut outlier_bound = 0;
@@ -118,7 +122,7 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
         bound,
         outliers,
         outlier_bound,
-        misplaced: (0..drawn.len()).filter(|&p| uniform[p] && is_covered(p) != is_hit(p)).count(),
+        misplaced: (0..drawn.len()).filter(|&p| uniform[p] && is_covered(p) != (traced.rgba[p][3] > 0.0)).count(),
         interior: interior.pixels.len(),
         covered: (0..drawn.len()).filter(|&p| is_covered(p)).count(),
         not_finite: drawn.iter().filter(|pixel| pixel.iter().any(|c| !c.is_finite())).count(),

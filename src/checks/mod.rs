@@ -17,6 +17,7 @@ mod oracle;
 mod prims;
 mod shapes;
 mod textured;
+mod transparent;
 mod waste;
 
 use crate::error::Result;
@@ -102,6 +103,9 @@ pub const ALL: &[(&str, Check)] = &[
     ("samplers", textured::samplers),
     ("material_maps", textured::maps),
     ("material_modes", textured::modes),
+    ("transparency", transparent::transparency),
+    ("transparent_bounds", transparent::transparent_bounds),
+    ("transparent_layer", transparent::transparent_layer),
     ("projection", hard::culling::projection),
     ("tiles", hard::tiles::tiles),
     ("gap", hard::tiles::gap),

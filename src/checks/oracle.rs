@@ -1,5 +1,7 @@
 //! The device against f64: shading fed with the device's own surfaces, and whole pictures against traced rays.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use super::Row;
@@ -14,7 +16,7 @@ use crate::reference::shade::Shader;
 use crate::reference::surface::Surface;
 use crate::renderer::Renderer;
 use crate::scene::shading::Shading;
-use crate::scene::{Scene, builtin, scatter};
+use crate::scene::{AlphaMode, Instance, Scene, builtin, scatter};
 
 /// Bound of the shading error: of the larger of the reference and the picture's mean.
 pub const SHADING_BOUND: f64 = 1e-5;
@@ -114,8 +116,20 @@ impl Shaded {
 /// # Errors
 /// A lost device.
 pub fn shading_error(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<f64> {
+    let scene = &opaque(scene);
     let plan = Plan::new(scene, request, &renderer.limits())?;
     Ok(Shaded::draw(renderer, scene, &plan)?.error(&shader(&plan)))
+}
+
+/// The scene without its blended surfaces, behind which the probe sees.
+fn opaque(scene: &Scene) -> Cow<'_, Scene> {
+    let blends = |instance: &Instance| scene.materials[scene.meshes[instance.mesh].material].alpha == AlphaMode::Blend;
+    if !scene.instances.iter().any(blends) {
+        return Cow::Borrowed(scene);
+    }
+    let mut left = scene.clone();
+    left.instances.retain(|instance| !blends(instance));
+    Cow::Owned(left)
 }
 
 /// Maximum that a NaN wins.
@@ -206,7 +220,10 @@ pub fn scenes(renderer: &Renderer) -> Result<Vec<Row>> {
             let plan = Plan::new(&scene, &request, &renderer.limits())?;
             let shaded = Shaded::draw(renderer, &scene, &plan)?;
             let (mean, share) = against_rays(&shaded.radiance, &scene, &plan)?;
-            let error = shaded.error(&shader(&plan));
+            let error = match opaque(&scene) {
+                Cow::Borrowed(_) => shaded.error(&shader(&plan)),
+                Cow::Owned(left) => shading_error(renderer, &left, &request)?,
+            };
             let mut picture = Row::at_most(
                 format!("picture against rays, {name}, {}", shading.name()),
                 mean,

@@ -292,7 +292,7 @@ pub(super) fn mixed() -> [(&'static str, Scene); 2] {
     [("maps and unlit", lit), ("mask", masked)]
 }
 
-/// Alpha masks, blending (drawn opaque), vertex colours, unlit and double-sided materials.
+/// Alpha masks, blending, vertex colours, unlit and double-sided materials.
 pub fn modes(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut holes = holed();
     let mut blended = holes.clone();
@@ -309,7 +309,7 @@ pub fn modes(renderer: &Renderer) -> Result<Vec<Row>> {
     back.instances[0].object_to_world = tilt() * DMat4::from_rotation_y(PI);
     let cases = [
         ("alpha mask", holes),
-        ("blended, drawn opaque", blended),
+        ("blended", blended),
         ("vertex colours", colored),
         ("unlit", unlit),
         ("back of a double-sided sheet", back),

@@ -7,11 +7,12 @@ use glam::{DVec3, Vec3};
 use crate::cli::{
     AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
     DepthReduceArg, FetchArg, GbufferArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
+    TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
-    FetchChoice, GbufferLayout, Limits, Request, Technique,
+    FetchChoice, GbufferLayout, Limits, Request, Technique, TransparentBounds, TransparentSort,
 };
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
@@ -185,6 +186,15 @@ pub fn request(shared: &Shared) -> Result<Request> {
         accumulation: match shared.accumulation {
             AccumulationArg::F32 => Accumulation::F32,
             AccumulationArg::F16 => Accumulation::F16,
+        },
+        transparent_bounds: shared.effects.transparent_bounds.map(|bounds| match bounds {
+            TransparentBoundsArg::Own => TransparentBounds::Own,
+            TransparentBoundsArg::Merged => TransparentBounds::Merged,
+            TransparentBoundsArg::None => TransparentBounds::None,
+        }),
+        transparent_sort: match shared.effects.transparent_sort {
+            TransparentSortArg::Object => TransparentSort::Object,
+            TransparentSortArg::Triangle => TransparentSort::Triangle,
         },
         show_lights: shared.show_lights,
         camera,

@@ -56,6 +56,8 @@ pub struct Facts {
     pub depth_clamp: bool,
     /// RGBA32F colour attachments blend.
     pub float_blend: bool,
+    /// Fragment shaders write storage buffers; asked for where offered.
+    pub fragment_stores: bool,
 }
 
 impl Facts {
@@ -136,6 +138,7 @@ fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
         full_draw_index: false,
         depth_clamp: false,
         float_blend: false,
+        fragment_stores: false,
         loop_iterations: None,
     };
     // SAFETY: as above.
@@ -177,6 +180,7 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     let core = features.features;
     facts.full_draw_index = core.full_draw_index_uint32 != vk::FALSE;
     facts.depth_clamp = core.depth_clamp != vk::FALSE;
+    facts.fragment_stores = core.fragment_stores_and_atomics != vk::FALSE;
     if !facts.full_draw_index {
         facts.limits.max_draw_indexed_index_value = (1 << 24) - 1;
     }
@@ -197,6 +201,11 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     let timestamps = facts.timestamp_bits > 0;
     let optional = [
         ("timestamps", timestamps, "frames are timed by the host, passes are not, said in the report"),
+        (
+            "writes of fragment shaders",
+            facts.fragment_stores,
+            "every slice of every tile is a cluster of blended surfaces, instead of those that hold fragments",
+        ),
         ("32-bit indices", facts.full_draw_index, "meshes of more than 2^24 vertices are refused"),
     ];
     facts.optional = optional.iter().map(|&(name, there, without)| Optional { name, there, without }).collect();

@@ -63,6 +63,8 @@ accesses! {
     FragmentUniform: S::FRAGMENT_SHADER, A::UNIFORM_READ, L::UNDEFINED;
     /// Storage buffer read in a fragment shader.
     FragmentStorageRead: S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ, L::UNDEFINED;
+    /// Storage buffer written in a fragment shader.
+    FragmentStorageWrite: S::FRAGMENT_SHADER, A::SHADER_STORAGE_WRITE, L::UNDEFINED;
     /// Uniform texel buffer in a fragment shader.
     FragmentTexel: S::FRAGMENT_SHADER, A::SHADER_SAMPLED_READ, L::UNDEFINED;
     /// Image sampled in a fragment shader.
@@ -175,7 +177,7 @@ macro_rules! sampled_bindings {
 }
 
 buffer_bindings!(ComputeUniform ComputeStorageRead ComputeStorageWrite ComputeStorageReadWrite ComputeTexel VertexUniform
-    VertexStorageRead FragmentUniform FragmentStorageRead FragmentTexel GraphicsUniform GraphicsStorageRead);
+    VertexStorageRead FragmentUniform FragmentStorageRead FragmentStorageWrite FragmentTexel GraphicsUniform GraphicsStorageRead);
 image_bindings!(ComputeImageRead ComputeImageWrite ComputeImageReadWrite);
 sampled_bindings!(ComputeSampled FragmentSampled);
 

@@ -32,6 +32,8 @@ pub enum Blend {
     /// It is added, alpha included, in the order of instances and their triangles. Making the pipeline fails where the
     /// device does not blend the formats.
     Add,
+    /// It takes its alpha's share: colour times alpha, plus what is there times the rest; alphas add up to at most 1. Fails likewise.
+    Over,
 }
 
 /// Depth test of a pipeline; depth is reversed.
@@ -71,7 +73,7 @@ pub struct Render {
 impl Render {
     /// How the scope uses one of its colour attachments.
     pub fn color_access(&self, color: &ColorAttachment) -> Access {
-        let blends = self.pipelines.iter().any(|p| p.blend == Blend::Add);
+        let blends = self.pipelines.iter().any(|p| p.blend != Blend::Replace);
         if color.clear.is_none() || blends { Access::ColorAttachmentReadWrite } else { Access::ColorAttachmentWrite }
     }
 

@@ -42,6 +42,14 @@ pub enum Candidates<'a> {
 }
 
 impl Candidates<'_> {
+    /// The light hierarchy, where it is the source.
+    pub fn texels(self) -> Option<BufferHandle> {
+        match self {
+            Self::Tiles(_) => None,
+            Self::Tree(_, texels) => Some(texels),
+        }
+    }
+
     /// The lists of tiles, where they are the source.
     pub fn lists(self) -> Option<Lists> {
         match self {
@@ -54,6 +62,8 @@ impl Candidates<'_> {
 /// What the pass needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
+    /// What nodes and buffers are called.
+    pub name: &'a str,
     /// The plan's tiles.
     pub tiles: &'a Tiles,
     /// Their static buffers.
@@ -71,7 +81,7 @@ pub struct Inputs<'a> {
 /// Adds the steps.
 pub fn add(graph: &mut Graph, inputs: &Inputs) -> Lists {
     let capacity = inputs.clusters.grid.capacity;
-    let counted = inputs.keyed.map_or_else(|| every_cluster(graph, capacity), |keyed| keyed.counted);
+    let counted = inputs.keyed.map_or_else(|| every_cluster(graph, inputs.name, capacity), |keyed| keyed.counted);
     let cells = cells(graph, inputs, &counted);
     match inputs.candidates {
         Candidates::Tiles(tile_lists) => from_tiles(graph, inputs, tile_lists, &counted, cells),
@@ -83,9 +93,9 @@ pub fn add(graph: &mut Graph, inputs: &Inputs) -> Lists {
 }
 
 /// The number of clusters where the plan knows it.
-fn every_cluster(graph: &mut Graph, count: u32) -> Counted {
-    let total = words(graph, "cluster_total", 1);
-    graph.add("fill_cluster_total", Work::Fill { buffer: total, word: count });
+fn every_cluster(graph: &mut Graph, name: &str, count: u32) -> Counted {
+    let total = words(graph, &format!("{name}_total"), 1);
+    graph.add(&format!("fill_{name}_total"), Work::Fill { buffer: total, word: count });
     group_count::known(total, count, 1)
 }
 
@@ -97,7 +107,8 @@ pub(super) fn explicit(clusters: &Clusters) -> bool {
 fn cells(graph: &mut Graph, inputs: &Inputs, counted: &Counted) -> ImageHandle {
     let [wide, texels] = inputs.clusters.cells();
     let size = [wide * texels, inputs.clusters.grid.capacity.div_ceil(wide).max(1)];
-    let cells = graph.image("cluster_cells", vk::Format::R32G32B32A32_UINT, size, Lifetime::Transient);
+    let cells =
+        graph.image(&format!("{}_cells", inputs.name), vk::Format::R32G32B32A32_UINT, size, Lifetime::Transient);
     let (assign, offsets) = match inputs.candidates {
         Candidates::Tiles(lists) => (ASSIGN_TILE, Some(lists.offsets)),
         Candidates::Tree(..) => (ASSIGN_TREE, None),
@@ -121,13 +132,14 @@ fn cells(graph: &mut Graph, inputs: &Inputs, counted: &Counted) -> ImageHandle {
         BY_NORMAL: inputs.clusters.by_normal(),
     };
     let work = dispatch_groups(&cluster_cells::PROGRAM, spec.values(), set.list(), counted.groups);
-    graph.add("cluster_cells", work);
+    graph.add(&format!("{}_cells", inputs.name), work);
     cells
 }
 
 fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &Counted, cells: ImageHandle) -> Lists {
     let capacity = inputs.clusters.grid.capacity;
-    let counts = words(graph, "cluster_counts", u64::from(capacity));
+    let name = inputs.name;
+    let counts = words(graph, &format!("{name}_counts"), u64::from(capacity));
     let set = cluster_count::Bindings {
         grid: ComputeUniform(inputs.tile_handles.grid),
         cull_lights_storage: ComputeStorageRead(inputs.tile_handles.lights),
@@ -147,9 +159,9 @@ fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &C
     };
     let constants = spec.values();
     let work = dispatch_groups(&cluster_count::PROGRAM, constants.clone(), set.list(), counted.groups);
-    graph.add("cluster_count", work);
-    let offsets = scan::add_counted(graph, "cluster", counts, capacity, counted);
-    let lights = words(graph, "cluster_lights", inputs.clusters.pairs);
+    graph.add(&format!("{name}_count"), work);
+    let offsets = scan::add_counted(graph, name, counts, capacity, counted);
+    let lights = words(graph, &format!("{name}_lights"), inputs.clusters.pairs);
     let set = cluster_fill::Bindings {
         grid: ComputeUniform(inputs.tile_handles.grid),
         cull_lights_storage: ComputeStorageRead(inputs.tile_handles.lights),
@@ -162,6 +174,7 @@ fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &C
         cluster_offsets: ComputeStorageRead(offsets),
         cluster_lights: ComputeStorageWrite(lights),
     };
-    graph.add("cluster_fill", dispatch_groups(&cluster_fill::PROGRAM, constants, set.list(), counted.groups));
+    let work = dispatch_groups(&cluster_fill::PROGRAM, constants, set.list(), counted.groups);
+    graph.add(&format!("{name}_fill"), work);
     Lists { lights, offsets }
 }

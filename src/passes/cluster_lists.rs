@@ -2,11 +2,13 @@
 //! own.
 
 use super::cluster_assign::{self, Candidates, Keyed};
+use super::tile_bin::Bins;
 use super::tile_cull::Lists;
 use super::{ClusterHandles, Frame, SceneHandles, TileHandles, cluster_index, cluster_keys, cluster_unique};
 use super::{depth_prepass, gbuffer, light_tree, read_back, tile_lists};
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::plan::{Clusters, Plan, Tiles};
+use crate::shared::{CLUSTER_OF_PIXEL, CLUSTER_OF_SLICE};
 
 /// Layer of [`cluster_frame`]: the codes of normals that directions come from.
 pub const NORMAL_CODES: &str = "normal_codes";
@@ -41,12 +43,18 @@ impl<'a> Parts<'a> {
 pub struct ClusterLists {
     /// List c belongs to cluster c.
     pub lists: Lists,
-    /// u32 a sample; `None` where every slice of every tile is a cluster, which shading computes.
+    /// Value of CLUSTER_OF.
+    pub lookup: u32,
+    /// u32 a sample or a slice of a tile; `None` where every slice of every tile is a cluster, which shading computes.
     pub index: Option<ImageHandle>,
     /// Lists of tiles, where candidates came from them.
     pub tile_lists: Option<Lists>,
     /// What is known of the tiles' depths.
     pub tile_bounds: Option<ImageHandle>,
+    /// Lists of bins, where candidates came from tiles.
+    pub bins: Option<Bins>,
+    /// Header and entries of the light hierarchy, where candidates came from it.
+    pub tree: Option<BufferHandle>,
     /// What clusters were made of samples.
     pub keyed: Option<Keyed>,
 }
@@ -55,11 +63,13 @@ pub struct ClusterLists {
 /// of a compact G-buffer, where clusters tell directions.
 pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals: Option<ImageHandle>) -> ClusterLists {
     let Parts { tiles, tile_handles, clusters, handles } = *parts;
-    let (candidates, tile_bounds) = match &clusters.tree {
-        Some(source) => (Candidates::Tree(source, light_tree::add(graph, tiles, &source.tree, tile_handles)), None),
+    let (candidates, tile_bounds, bins) = match &clusters.tree {
+        Some(source) => {
+            (Candidates::Tree(source, light_tree::add(graph, tiles, &source.tree, tile_handles)), None, None)
+        }
         None => {
-            let made = tile_lists(graph, tiles, tile_handles, depth);
-            (Candidates::Tiles(made.lists), made.bounds)
+            let made = tile_lists(graph, tiles, tile_handles, depth, None);
+            (Candidates::Tiles(made.lists), made.bounds, Some(made.bins))
         }
     };
     let made = depth.filter(|_| clusters.keyed).map(|depth| {
@@ -73,9 +83,11 @@ pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals
         (Keyed { keys, bounds: indexed.bounds, counted }, indexed.index)
     });
     let (keyed, index) = made.unzip();
-    let inputs = cluster_assign::Inputs { tiles, tile_handles, clusters, handles, candidates, keyed };
+    let lookup = if index.is_some() { CLUSTER_OF_PIXEL } else { CLUSTER_OF_SLICE };
+    let tree = candidates.texels();
+    let inputs = cluster_assign::Inputs { name: "cluster", tiles, tile_handles, clusters, handles, candidates, keyed };
     let lists = cluster_assign::add(graph, &inputs);
-    ClusterLists { lists, index, tile_lists: candidates.lists(), tile_bounds, keyed }
+    ClusterLists { lists, lookup, index, tile_lists: candidates.lists(), tile_bounds, bins, tree, keyed }
 }
 
 /// The frame that makes clusters with their lists and leaves them, with the depths they were made from: for counting and judging. `None`

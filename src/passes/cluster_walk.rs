@@ -37,20 +37,21 @@ pub struct Inputs<'a> {
 pub fn add(graph: &mut Graph, inputs: &Inputs) -> Lists {
     let (clusters, source) = (inputs.assign.clusters, inputs.source);
     let (capacity, walks) = (clusters.grid.capacity, source.tree.walk_count());
-    let total = inputs.counted.total;
+    let (total, name) = (inputs.counted.total, inputs.assign.name);
     let each_walk = match (walks, inputs.assign.keyed) {
         (1, _) => inputs.counted,
         (_, None) => group_count::known(total, capacity, walks),
-        (_, Some(_)) => group_count::add(graph, "cluster_walk", total, capacity, walks),
+        (_, Some(_)) => group_count::add(graph, &format!("{name}_walk"), total, capacity, walks),
     };
-    let counts = words(graph, "cluster_walk_counts", u64::from(capacity) * u64::from(walks));
+    let counts = words(graph, &format!("{name}_walk_counts"), u64::from(capacity) * u64::from(walks));
     count(graph, inputs, &each_walk, counts);
     // The plan has checked that they are fewer than a scan takes.
-    let walk_offsets = scan::add_counted(graph, "cluster_walk", counts, capacity.saturating_mul(walks), &each_walk);
-    let lights = words(graph, "cluster_lights", clusters.pairs);
+    let walk_offsets =
+        scan::add_counted(graph, &format!("{name}_walk"), counts, capacity.saturating_mul(walks), &each_walk);
+    let lights = words(graph, &format!("{name}_lights"), clusters.pairs);
     fill(graph, inputs, &each_walk, Lists { lights, offsets: walk_offsets });
     let offsets = if walks == 1 { walk_offsets } else { offsets(graph, inputs, walk_offsets) };
-    list_sort::add_counted(graph, "cluster", &source.sort, Lists { lights, offsets }, &inputs.counted);
+    list_sort::add_counted(graph, name, &source.sort, Lists { lights, offsets }, &inputs.counted);
     Lists { lights, offsets }
 }
 
@@ -75,7 +76,7 @@ fn count(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, counts: Buffer
         BY_NORMAL: assign.clusters.by_normal(),
     };
     let work = dispatch_groups(&cluster_walk_count::PROGRAM, spec.values(), set.list(), each_walk.groups);
-    graph.add("cluster_walk_count", work);
+    graph.add(&format!("{}_walk_count", assign.name), work);
 }
 
 fn fill(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, lists: Lists) {
@@ -100,13 +101,14 @@ fn fill(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, lists: Lists) {
         BY_NORMAL: assign.clusters.by_normal(),
     };
     let work = dispatch_groups(&cluster_walk_fill::PROGRAM, spec.values(), set.list(), each_walk.groups);
-    graph.add("cluster_walk_fill", work);
+    graph.add(&format!("{}_walk_fill", assign.name), work);
 }
 
 /// Where the list of each cluster begins: with the part of its first walk.
 fn offsets(graph: &mut Graph, inputs: &Inputs, walk_offsets: BufferHandle) -> BufferHandle {
     let counted = &inputs.counted;
-    let offsets = words(graph, "cluster_offsets", u64::from(inputs.assign.clusters.grid.capacity) + 1);
+    let name = inputs.assign.name;
+    let offsets = words(graph, &format!("{name}_offsets"), u64::from(inputs.assign.clusters.grid.capacity) + 1);
     let set = cluster_walk_offsets::Bindings {
         cluster_total: ComputeTexel(counted.total),
         walk_offsets: ComputeStorageRead(walk_offsets),
@@ -114,6 +116,6 @@ fn offsets(graph: &mut Graph, inputs: &Inputs, walk_offsets: BufferHandle) -> Bu
     };
     let spec = cluster_walk_offsets::Spec { WALKS: inputs.source.tree.walk_count() };
     let work = dispatch_groups(&cluster_walk_offsets::PROGRAM, spec.values(), set.list(), counted.groups);
-    graph.add("cluster_walk_offsets", work);
+    graph.add(&format!("{name}_walk_offsets"), work);
     offsets
 }

@@ -44,7 +44,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         LIST_FETCH: list_fetch(inputs.parts.clusters),
         // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).
         LIST_SEEK: false,
-        INDEXED: inputs.made.index.is_some(),
+        CLUSTER_OF: inputs.made.lookup,
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,

@@ -4,17 +4,15 @@
 //! radiance, and depth without a pre-pass. Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
 
 use super::cluster_lists::{ClusterLists, Parts};
-use super::forward::{Io, depth_state, light_constants};
+use super::forward::{Io, blend_of, light_constants, shaded_depth, shaded_format};
 use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, nearest_sampler};
+use super::{DEPTH_FORMAT, SceneHandles, nearest_sampler};
 use crate::graph::access::{
     FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform,
     VertexStorageRead,
 };
-use crate::graph::{
-    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
-};
+use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render};
 use crate::plan::materials::Variant;
 use crate::plan::{Clusters, Plan};
 use crate::shaders::shade::clustered_forward;
@@ -55,7 +53,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
     Io { radiance, depth }
 }
 
-fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
+/// Set 0 of the pass.
+pub(super) fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
     let (parts, lists) = (&inputs.parts, inputs.made.lists);
     // A texel that nothing reads stands in where clusters have no index.
     let index = inputs.made.index.unwrap_or(parts.tile_handles.no_bounds);
@@ -78,7 +77,8 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> 
     set.list()
 }
 
-fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
+/// The pipeline of a variant; blended surfaces are mixed with what is there.
+pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
     let constants = light_constants(plan);
     let Parts { tiles, clusters, .. } = inputs.parts;
     let spec = clustered_forward::Spec {
@@ -86,7 +86,7 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> Grap
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
-        LIGHT_SEEK: constants.seek,
+        LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
         TEXTURES: variant.textures,
@@ -100,7 +100,9 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> Grap
         LIST_FETCH: list_fetch(clusters),
         // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).
         LIST_SEEK: false,
-        INDEXED: inputs.made.index.is_some(),
+        CLUSTER_OF: inputs.made.lookup,
+        BLENDED: variant.blended,
+        HALF_LAYER: variant.blended && plan.transparency.as_ref().is_some_and(|planned| planned.layer),
         FIRST_PART: part.first,
         LAST_PART: part.last,
         PART_LIGHTS: part.lights,
@@ -108,9 +110,9 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> Grap
     GraphicsPipeline {
         program: &clustered_forward::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: Some(depth_state(inputs.prepass.is_some())),
+        colors: vec![shaded_format(plan, variant)],
+        blend: blend_of(variant),
+        depth: Some(shaded_depth(variant, inputs.prepass.is_some())),
         depth_clamp: false,
     }
 }

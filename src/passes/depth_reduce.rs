@@ -1,7 +1,7 @@
 //! Depth reduction: nearest and farthest distance of each tile's samples, and which slots between them hold samples (Harada, "A 2.5D
 //! culling for Forward+", SIGGRAPH Asia 2012).
 //!
-//! Reads: tile grid, depth. Writes: tile bounds, an RGBA32_UINT image of a texel a tile: two distances as bits, then a mask of 64 bits.
+//! Reads: tile grid, depth, nearest blended fragments where bounds hold them. Writes: tile bounds, an RGBA32_UINT image of a texel a tile: two distances as bits, then a mask of 64 bits.
 //! Groups of 8x8 threads, a thread a tile, because serial runs are what CPU drivers are fastest at, or a group a tile, because GPUs want
 //! the opposite; the profile says which (`plan/tiles.rs`). Sky never enters; a tile of nothing but sky has its nearest distance beyond
 //! its farthest. Limits: none. CPU twin: `reference/depth_reduce.rs`.
@@ -27,23 +27,47 @@ pub fn bounds_constant(bounds: DepthBounds) -> u32 {
     }
 }
 
+/// What bounds hold.
+#[derive(Debug, Clone, Copy)]
+pub enum Samples {
+    /// Opaque samples.
+    Opaque,
+    /// Of each pixel what lies between its nearest blended fragment, which this image holds, and the opaque sample.
+    Blended(ImageHandle),
+    /// Both.
+    Both(ImageHandle),
+}
+
 /// Adds the pass; the tile bounds.
-pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, depth: ImageHandle) -> ImageHandle {
+pub fn add(
+    graph: &mut Graph,
+    tiles: &Tiles,
+    handles: &TileHandles,
+    depth: ImageHandle,
+    samples: Samples,
+) -> ImageHandle {
     let size = [tiles.grid.columns, tiles.grid.rows];
-    let bounds = graph.image("tile_bounds", BOUNDS_FORMAT, size, Lifetime::Transient);
+    let (constant, blended, names) = match samples {
+        Samples::Opaque => (shared::SAMPLES_OPAQUE, depth, ["tile_bounds", "depth_reduce"]),
+        Samples::Blended(image) => (shared::SAMPLES_BLENDED, image, ["transparent_bounds", "transparent_depth_reduce"]),
+        Samples::Both(image) => (shared::SAMPLES_BOTH, image, ["tile_bounds", "depth_reduce"]),
+    };
+    let bounds = graph.image(names[0], BOUNDS_FORMAT, size, Lifetime::Transient);
     let set = depth_reduce::Bindings {
         grid: ComputeUniform(handles.grid),
         depth: ComputeSampled(depth, nearest_sampler()),
         tile_bounds: ComputeImageWrite(bounds, Contents::Discarded),
+        transparent_depth: ComputeSampled(blended, nearest_sampler()),
     };
     let spec = depth_reduce::Spec {
         TILE: tiles.tile,
         DEPTH_BOUNDS: bounds_constant(tiles.bounds),
         DEPTH_SLOTS: tiles.slots,
         GROUP_A_TILE: tiles.group_a_tile,
+        SAMPLES: constant,
     };
     let tiles_a_group = if tiles.group_a_tile { 1 } else { 8 };
     let groups = [size[0].div_ceil(tiles_a_group), size[1].div_ceil(tiles_a_group), 1];
-    graph.add("depth_reduce", dispatch(&depth_reduce::PROGRAM, spec.values(), set.list(), groups));
+    graph.add(names[1], dispatch(&depth_reduce::PROGRAM, spec.values(), set.list(), groups));
     bounds
 }

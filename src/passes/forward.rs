@@ -9,7 +9,7 @@
 use super::depth_prepass::COMPARE;
 use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles};
+use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, transparent};
 use crate::graph::access::{
     FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
 };
@@ -51,7 +51,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option
     Io { radiance, depth }
 }
 
-fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
+/// Set 0 of the pass.
+pub(super) fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
     let set = forward::Bindings {
         frame: GraphicsUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
@@ -81,6 +82,21 @@ pub fn depth_state(after_prepass: bool) -> DepthState {
     }
 }
 
+/// The same for one surface: blended ones are tested against what is there, pre-pass or not, and write nothing.
+pub(super) fn shaded_depth(variant: Variant, after_prepass: bool) -> DepthState {
+    if variant.blended { DepthState { write: false, ..depth_state(false) } } else { depth_state(after_prepass) }
+}
+
+/// How a surface meets the picture.
+pub(super) fn blend_of(variant: Variant) -> Blend {
+    if variant.blended { Blend::Over } else { Blend::Replace }
+}
+
+/// Format that a surface is drawn into.
+pub(super) fn shaded_format(plan: &Plan, variant: Variant) -> ash::vk::Format {
+    if variant.blended { transparent::format(plan) } else { RADIANCE_FORMAT }
+}
+
 /// Values of the constants that every light loop shares.
 pub struct LightConstants {
     /// LIGHT_FETCH.
@@ -99,6 +115,16 @@ pub struct LightConstants {
     pub shading: u32,
 }
 
+impl LightConstants {
+    /// LIGHT_SEEK for one surface: what is blended loops once over everything.
+    pub(super) fn seek_for(&self, plan: &Plan, variant: Variant) -> bool {
+        match &plan.transparency {
+            Some(planned) if variant.blended => planned.seek,
+            _ => self.seek,
+        }
+    }
+}
+
 /// The plan's light constants.
 pub fn light_constants(plan: &Plan) -> LightConstants {
     let lights = &plan.lights;
@@ -113,14 +139,15 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
     }
 }
 
-fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass: bool) -> GraphicsPipeline {
+/// The pipeline of a variant; blended surfaces are mixed with what is there.
+pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass: bool) -> GraphicsPipeline {
     let constants = light_constants(plan);
     let spec = forward::Spec {
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
-        LIGHT_SEEK: constants.seek,
+        LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
         TEXTURES: variant.textures,
@@ -130,6 +157,8 @@ fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass: bool) -> 
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        BLENDED: variant.blended,
+        HALF_LAYER: variant.blended && plan.transparency.as_ref().is_some_and(|planned| planned.layer),
         FIRST_PART: part.first,
         LAST_PART: part.last,
         PART_LIGHTS: part.lights,
@@ -137,9 +166,9 @@ fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass: bool) -> 
     GraphicsPipeline {
         program: &forward::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: Some(depth_state(after_prepass)),
+        colors: vec![shaded_format(plan, variant)],
+        blend: blend_of(variant),
+        depth: Some(shaded_depth(variant, after_prepass)),
         depth_clamp: false,
     }
 }

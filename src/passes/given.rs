@@ -22,7 +22,7 @@ pub fn given_bounds_frame(plan: &Plan, bounds: &[[u32; 4]]) -> Option<Frame> {
     let image = graph.image("given_bounds", BOUNDS_FORMAT, size, Lifetime::Static);
     scene.given = Some(Given { image, size, bytes: bytemuck::cast_slice(bounds).to_vec() });
     let bins = tile_bin::add(&mut graph, tiles, &handles);
-    let lists = tile_cull::add(&mut graph, tiles, &handles, bins, Some(image));
+    let lists = tile_cull::add(&mut graph, "tile", tiles, &handles, bins, Some(image));
     graph.end_frame();
     let buffers = [("list_offsets", lists.offsets), ("list_lights", lists.lights)];
     let results = read_back::add_all(&mut graph, &[], &buffers);

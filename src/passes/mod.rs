@@ -2,6 +2,7 @@
 
 pub mod ceiling;
 pub mod cluster_assign;
+pub mod cluster_flags;
 pub mod cluster_index;
 pub mod cluster_keys;
 pub mod cluster_lists;
@@ -33,6 +34,9 @@ pub mod tile_bin;
 pub mod tile_cull;
 pub mod tiled_deferred;
 pub mod tiled_forward;
+pub mod transparent;
+pub mod transparent_compose;
+pub mod transparent_depth;
 pub mod unlit;
 
 use ash::vk;
@@ -40,11 +44,14 @@ use ash::vk;
 use crate::graph::program::Program;
 use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, ImageHandle, SamplerState, Work};
 use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, Tiles};
+use depth_reduce::Samples;
+use transparent::Opaque;
 
 pub use cluster_lists::{NORMAL_CODES, cluster_frame};
 pub use gbuffer::gbuffer_frame;
 pub use given::{given_bounds_frame, given_depth_frame};
 pub use resources::{ClusterHandles, Given, SceneHandles, TileHandles};
+pub use transparent::transparent_bounds_frame;
 
 /// Depth format: 32-bit float, reversed.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -101,7 +108,7 @@ fn add_and_leave_lists(
     depth: ImageHandle,
 ) -> Vec<(&'static str, BufferHandle)> {
     let tiles = plan.tiles.as_ref().zip(scene.tiles.as_ref());
-    let made = tiles.map(|(tiles, handles)| tile_lists(graph, tiles, handles, Some(depth)));
+    let made = tiles.map(|(tiles, handles)| tile_lists(graph, tiles, handles, Some(depth), None));
     graph.end_frame();
     let (mut images, mut buffers) = (vec![("depth", depth)], Vec::new());
     if let Some(made) = made {
@@ -119,44 +126,69 @@ struct MadeLists {
     lists: tile_cull::Lists,
 }
 
-fn tile_lists(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, depth: Option<ImageHandle>) -> MadeLists {
+/// `blended` are the nearest blended fragments, where bounds hold them as well.
+fn tile_lists(
+    graph: &mut Graph,
+    tiles: &Tiles,
+    handles: &TileHandles,
+    depth: Option<ImageHandle>,
+    blended: Option<ImageHandle>,
+) -> MadeLists {
     let known = depth.filter(|_| tiles.bounds != DepthBounds::Off);
-    let bounds = known.map(|depth| depth_reduce::add(graph, tiles, handles, depth));
+    let samples = blended.map_or(Samples::Opaque, Samples::Both);
+    let bounds = known.map(|depth| depth_reduce::add(graph, tiles, handles, depth, samples));
     let bins = tile_bin::add(graph, tiles, handles);
-    let lists = tile_cull::add(graph, tiles, handles, bins, bounds);
+    let lists = tile_cull::add(graph, "tile", tiles, handles, bins, bounds);
     MadeLists { bounds, bins, lists }
 }
 
-/// Shading as the technique has it, and what is drawn over the picture; the radiance.
+/// The nearest blended fragments, where lists of tiles are made for them and opaque surfaces alike.
+fn merged_depth(
+    graph: &mut Graph,
+    plan: &Plan,
+    scene: &SceneHandles,
+    prepass: Option<ImageHandle>,
+) -> Option<ImageHandle> {
+    let merged = plan.tiles.as_ref().is_some_and(|tiles| tiles.merged);
+    prepass.filter(|_| merged).map(|depth| transparent_depth::add(graph, plan, scene, depth))
+}
+
+/// Shading as the technique has it, what is drawn over the picture, and blended surfaces at the end; the radiance.
 fn lit(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<ImageHandle>) -> ImageHandle {
     let clusters = cluster_lists::Parts::of(plan, scene);
-    let target = match (&plan.deferred, clusters, &plan.tiles, &scene.tiles) {
+    let (target, opaque) = match (&plan.deferred, clusters, &plan.tiles, &scene.tiles) {
         (Some(planned), ..) => deferred(graph, plan, planned, scene, prepass),
         (None, Some(parts), ..) => {
             let made = cluster_lists::add(graph, &parts, prepass, None);
-            clustered_forward::add(graph, plan, scene, &clustered_forward::Inputs { parts, made, prepass })
+            let inputs = clustered_forward::Inputs { parts, made, prepass };
+            let target = clustered_forward::add(graph, plan, scene, &inputs);
+            (target, Opaque { clusters: Some(made), ..Opaque::default() })
         }
         (None, None, Some(tiles), Some(handles)) => {
-            let lists = tile_lists(graph, tiles, handles, prepass).lists;
-            tiled_forward::add(graph, plan, scene, &tiled_forward::Inputs { tiles, handles, lists, prepass })
+            let blended = merged_depth(graph, plan, scene, prepass);
+            let MadeLists { bins, lists, .. } = tile_lists(graph, tiles, handles, prepass, blended);
+            let inputs = tiled_forward::Inputs { tiles, handles, lists, prepass };
+            let target = tiled_forward::add(graph, plan, scene, &inputs);
+            (target, Opaque { tiles: Some((bins, lists)), ..Opaque::default() })
         }
-        _ => forward::add(graph, plan, scene, prepass),
+        _ => (forward::add(graph, plan, scene, prepass), Opaque::default()),
     };
     light_markers::add(graph, plan, scene, &target);
-    target.radiance
+    transparent::add(graph, plan, scene, target, opaque).radiance
 }
 
-/// G-buffer, the lights over it, and the surfaces that no light changes.
+/// G-buffer, the lights over it, and the surfaces that no light changes; with what was made to list lights.
 fn deferred(
     graph: &mut Graph,
     plan: &Plan,
     deferred: &Deferred,
     scene: &SceneHandles,
     prepass: Option<ImageHandle>,
-) -> forward::Io {
+) -> (forward::Io, Opaque) {
     let planned = &deferred.gbuffer;
     let layers = &gbuffer::add(graph, plan, planned, scene, prepass);
     let clusters = cluster_lists::Parts::of(plan, scene);
+    let mut opaque = Opaque::default();
     let radiance = match (&deferred.light_pass, clusters, &plan.tiles, &scene.tiles) {
         (LightPass::Volumes(volumes), ..) => {
             let radiance = deferred_base::add(graph, plan, planned, scene, layers);
@@ -166,10 +198,13 @@ fn deferred(
         }
         (LightPass::Clusters, Some(parts), ..) => {
             let made = cluster_lists::add(graph, &parts, prepass, Some(layers.normals));
+            opaque.clusters = Some(made);
             clustered_deferred::add(graph, plan, scene, &clustered_deferred::Inputs { parts, made, planned, layers })
         }
         (&LightPass::Tiles { pixels_a_thread }, _, Some(tiles), Some(handles)) => {
-            let lists = tile_lists(graph, tiles, handles, prepass).lists;
+            let blended = merged_depth(graph, plan, scene, prepass);
+            let MadeLists { bins, lists, .. } = tile_lists(graph, tiles, handles, prepass, blended);
+            opaque.tiles = Some((bins, lists));
             let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers, pixels_a_thread };
             tiled_deferred::add(graph, plan, scene, &inputs)
         }
@@ -180,7 +215,7 @@ fn deferred(
     };
     let target = forward::Io { radiance, depth: layers.depth };
     unlit::add(graph, plan, scene, &target);
-    target
+    (target, opaque)
 }
 
 /// A compute node's work without push constants.

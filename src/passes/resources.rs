@@ -7,7 +7,7 @@ use crate::graph::{
     Binding, BufferHandle, Cull, Draw, Geometry, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState,
     Stream,
 };
-use crate::plan::geometry::PlannedDraw;
+use crate::plan::geometry::{Faces, PlannedDraw};
 use crate::plan::materials::{Map, Variant, level_count};
 use crate::plan::{Deferred, GbufferLayout, Plan};
 use crate::scene::{Sampler, Wrap};
@@ -198,11 +198,20 @@ pub fn variants(plan: &Plan, simplify: impl Fn(Variant) -> Variant) -> (Vec<Vari
     (distinct, of_draw)
 }
 
-/// Distinct variants of the draws that `wanted` takes, and these draws with the index of their variant as pipeline.
+/// Distinct variants of the opaque draws that `wanted` takes, and these draws with the index of their variant as pipeline.
 pub fn chosen(plan: &Plan, wanted: impl Fn(Variant) -> bool) -> (Vec<Variant>, Vec<Draw>) {
+    with_variants(plan, plan.geometry.draws.iter().filter(|d| wanted(d.variant)))
+}
+
+/// The same of blended draws, from back to front.
+pub fn blended(plan: &Plan) -> (Vec<Variant>, Vec<Draw>) {
+    with_variants(plan, plan.geometry.blended.iter())
+}
+
+fn with_variants<'a>(plan: &Plan, wanted: impl Iterator<Item = &'a PlannedDraw>) -> (Vec<Variant>, Vec<Draw>) {
     let mut distinct: Vec<Variant> = Vec::new();
     let mut draws = Vec::new();
-    for planned in plan.geometry.draws.iter().filter(|d| wanted(d.variant)) {
+    for planned in wanted {
         let known = distinct.iter().position(|v| *v == planned.variant);
         if known.is_none() {
             distinct.push(planned.variant);
@@ -216,7 +225,7 @@ pub fn chosen(plan: &Plan, wanted: impl Fn(Variant) -> bool) -> (Vec<Variant>, V
 pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
     let place = &plan.geometry.places[planned.place];
     let streams = place.streams.map(|(offset, stride)| Stream { offset, stride });
-    let mesh = MeshRange { streams, index_offset: place.index_offset, index_count: place.index_count };
+    let mesh = MeshRange { streams, index_offset: planned.index_offset, index_count: planned.index_count };
     Draw {
         pipeline,
         material: Some(planned.material),
@@ -224,6 +233,10 @@ pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
         instance_offset: planned.instance_offset,
         instance_count: planned.instance_count,
         mirrored: planned.mirrored,
-        cull: if planned.double_sided { Cull::None } else { Cull::Back },
+        cull: match planned.faces {
+            Faces::Both => Cull::None,
+            Faces::Front => Cull::Back,
+            Faces::Back => Cull::Front,
+        },
     }
 }

@@ -9,7 +9,7 @@ use super::tile_bin::{Bins, cull_fetch};
 use super::{TileHandles, dispatch, nearest_sampler, scan};
 use crate::graph::access::{ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel, ComputeUniform};
 use crate::graph::{BufferHandle, Graph, ImageHandle, Lifetime};
-use crate::plan::{CullTest, Tiles};
+use crate::plan::{CullTest, DepthBounds, Tiles};
 use crate::shaders::tile::{tile_count, tile_fill};
 use crate::shared;
 
@@ -36,10 +36,18 @@ pub fn list_fetch(tiles: &Tiles) -> u32 {
     if tiles.words_by_texel { shared::WORDS_TEXEL } else { shared::WORDS_STORAGE }
 }
 
-/// Adds the three steps; `bounds` where depths are known.
-pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, bins: Bins, bounds: Option<ImageHandle>) -> Lists {
+/// Adds the three steps under `name`; `bounds` where depths are known.
+pub fn add(
+    graph: &mut Graph,
+    name: &str,
+    tiles: &Tiles,
+    handles: &TileHandles,
+    bins: Bins,
+    bounds: Option<ImageHandle>,
+) -> Lists {
     let counts_len = tiles.count_tiles() * tiles.grid.list_chunks;
-    let counts = graph.word_buffer("tile_counts", u64::from(counts_len) * 4, Lifetime::Transient);
+    let counts = graph.word_buffer(&format!("{name}_counts"), u64::from(counts_len) * 4, Lifetime::Transient);
+    let known = bounds.map_or(DepthBounds::Off, |_| tiles.bounds);
     // A texel that nothing reads stands in where depths are not known.
     let bounds = bounds.unwrap_or(handles.no_bounds);
     let groups = [tiles.count_bins(), tiles.grid.list_chunks, 1];
@@ -58,13 +66,13 @@ pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, bins: Bins, 
         CULL_FETCH: cull_fetch(tiles),
         LIST_FETCH: list_fetch(tiles),
         CULL: cull_constant(tiles.cull),
-        DEPTH_BOUNDS: bounds_constant(tiles.bounds),
+        DEPTH_BOUNDS: bounds_constant(known),
         DEPTH_SLOTS: tiles.slots,
     };
     let constants = spec.values();
-    graph.add("tile_count", dispatch(&tile_count::PROGRAM, constants.clone(), set.list(), groups));
-    let offsets = scan::add(graph, "tile", counts, counts_len);
-    let lights = graph.word_buffer("tile_lights", tiles.tile_pairs.max(1) * 4, Lifetime::Transient);
+    graph.add(&format!("{name}_count"), dispatch(&tile_count::PROGRAM, constants.clone(), set.list(), groups));
+    let offsets = scan::add(graph, name, counts, counts_len);
+    let lights = graph.word_buffer(&format!("{name}_lights"), tiles.tile_pairs.max(1) * 4, Lifetime::Transient);
     let set = tile_fill::Bindings {
         grid: ComputeUniform(handles.grid),
         cull_lights_storage: ComputeStorageRead(handles.lights),
@@ -77,6 +85,6 @@ pub fn add(graph: &mut Graph, tiles: &Tiles, handles: &TileHandles, bins: Bins, 
         tile_offsets: ComputeStorageRead(offsets),
         tile_lights: ComputeStorageWrite(lights),
     };
-    graph.add("tile_fill", dispatch(&tile_fill::PROGRAM, constants, set.list(), groups));
+    graph.add(&format!("{name}_fill"), dispatch(&tile_fill::PROGRAM, constants, set.list(), groups));
     Lists { lights, offsets }
 }

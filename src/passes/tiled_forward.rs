@@ -3,17 +3,15 @@
 //! Reads: what `forward` reads, tile grid, lists and offsets. Writes: radiance, and depth without a pre-pass.
 //! Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
 
-use super::forward::{Io, depth_state, light_constants};
+use super::forward::{Io, blend_of, light_constants, shaded_depth, shaded_format};
 use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
 use super::tile_cull::{Lists, list_fetch};
-use super::{DEPTH_FORMAT, RADIANCE_FORMAT, SceneHandles, TileHandles};
+use super::{DEPTH_FORMAT, SceneHandles, TileHandles};
 use crate::graph::access::{
     FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
 };
-use crate::graph::{
-    Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
-};
+use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render};
 use crate::plan::materials::Variant;
 use crate::plan::{Plan, Tiles};
 use crate::shaders::shade::tiled_forward;
@@ -50,7 +48,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
     Io { radiance, depth }
 }
 
-fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
+/// Set 0 of the pass.
+pub(super) fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> {
     let set = tiled_forward::Bindings {
         frame: GraphicsUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
@@ -68,14 +67,15 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Vec<Binding> 
     set.list()
 }
 
-fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
+/// The pipeline of a variant; blended surfaces are mixed with what is there.
+pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> GraphicsPipeline {
     let (constants, tiles) = (light_constants(plan), inputs.tiles);
     let spec = tiled_forward::Spec {
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
-        LIGHT_SEEK: constants.seek,
+        LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
         TEXTURES: variant.textures,
@@ -87,7 +87,9 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> Grap
         MIRRORED_LENS: plan.view.lens.mirrors(),
         TILE: tiles.tile,
         LIST_FETCH: list_fetch(tiles),
-        LIST_SEEK: tiles.list_seek && constants.seek,
+        LIST_SEEK: tiles.list_seek && constants.seek_for(plan, variant),
+        BLENDED: variant.blended,
+        HALF_LAYER: variant.blended && plan.transparency.as_ref().is_some_and(|planned| planned.layer),
         FIRST_PART: part.first,
         LAST_PART: part.last,
         PART_LIGHTS: part.lights,
@@ -95,9 +97,9 @@ fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Part) -> Grap
     GraphicsPipeline {
         program: &tiled_forward::PROGRAM,
         constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: Some(depth_state(inputs.prepass.is_some())),
+        colors: vec![shaded_format(plan, variant)],
+        blend: blend_of(variant),
+        depth: Some(shaded_depth(variant, inputs.prepass.is_some())),
         depth_clamp: false,
     }
 }

@@ -57,7 +57,7 @@ const TOUCHES: f64 = 3.0;
 const STEPS: f64 = 400_000.0;
 
 impl TreeSource {
-    fn new(tiles: &Tiles, clusters: &Clusters, limits: &Limits) -> Result<Self> {
+    pub(super) fn new(tiles: &Tiles, clusters: &Clusters, limits: &Limits) -> Result<Self> {
         let grid = &clusters.grid;
         let tree = LightTree::new(&tiles.lights, limits)?;
         let counts = u64::from(grid.capacity) * u64::from(tree.walk_count());

@@ -31,6 +31,8 @@ pub struct Clusters {
     pub directions: Vec<[f32; 4]>,
     /// What bounds a cluster.
     pub bounds: ClusterBounds,
+    /// Clusters tell directions of normals apart.
+    pub tells_normals: bool,
     /// Clusters are made of the samples that a pre-pass leaves; else every slice of every tile is one.
     pub keyed: bool,
     /// Tiles have several blocks, whose keys are sorted and merged; else keys ascend from the start.
@@ -137,6 +139,7 @@ impl Clusters {
             directions: Vec::new(),
             key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
             bounds: request.cluster_bounds_or_default(),
+            tells_normals: direction_bits > 0,
             merged: keyed && parts > 1,
             longest_list: 0,
             words_by_texel: false,
@@ -179,7 +182,29 @@ impl Clusters {
 
     /// Clusters tell directions of normals.
     pub fn by_normal(&self) -> bool {
-        self.grid.direction_bits > 0
+        self.tells_normals
+    }
+
+    /// Clusters of blended surfaces in the same slices: those that fragments flag, or every slice of every tile.
+    ///
+    /// # Errors
+    /// Clusters that pass a limit of the device.
+    pub(super) fn for_blended(&self, tiles: &Tiles, flagged: bool, limits: &Limits) -> Result<Self> {
+        let dense = u64::from(tiles.count_tiles()) * u64::from(self.grid.slices);
+        let mut clusters = Self {
+            grid: ClusterGrid { capacity: saturated(dense), entry_capacity: 0, ..self.grid },
+            directions: Vec::new(),
+            bounds: ClusterBounds::Implicit,
+            tells_normals: false,
+            keyed: flagged,
+            merged: false,
+            pairs: pairs(&reaches(tiles), &self.slices, 0, self.grid.slices),
+            ..self.clone()
+        };
+        clusters.check(tiles, limits)?;
+        clusters.tree = self.tree.as_ref().map(|_| TreeSource::new(tiles, &clusters, limits)).transpose()?;
+        clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
+        Ok(clusters)
     }
 
     /// What slices span, and after it what directions do: a texel each, and two.

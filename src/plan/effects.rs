@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::gbuffer;
 use super::materials::NORMAL_MAP;
 use super::{DepthBounds, Plan, Request, Technique};
+use super::{gbuffer, transparency};
 use crate::scene::{AlphaMode, Scene};
 
 /// One effect and its decision.
@@ -36,7 +36,7 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
         clusters(plan),
         normal_maps(plan, scene, on_device),
         alpha_mask(scene),
-        transparency(scene),
+        transparency::effect(plan, scene),
     ]
 }
 
@@ -138,13 +138,4 @@ fn normal_maps(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {
 fn alpha_mask(scene: &Scene) -> Effect {
     let count = scene.materials.iter().filter(|m| matches!(m.alpha, AlphaMode::Mask(_))).count();
     effect("alpha_mask", count > 0, format!("{count} of {} materials are masked", scene.materials.len()), 0)
-}
-
-fn transparency(scene: &Scene) -> Effect {
-    let count = scene.materials.iter().filter(|m| m.alpha == AlphaMode::Blend).count();
-    let why = match count {
-        0 => "no material is blended".to_string(),
-        _ => format!("{count} blended materials are drawn opaque: the effect is not built yet"),
-    };
-    effect("transparency", false, why, 0)
 }

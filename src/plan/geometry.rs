@@ -6,6 +6,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::Limits;
 use super::materials::{Materials, Variant};
+use super::request::TransparentSort;
 use crate::error::{Error, Result};
 use crate::scene::view::View;
 use crate::scene::{Mesh, Scene};
@@ -31,6 +32,17 @@ pub struct MeshPlace {
     pub index_count: u32,
 }
 
+/// Which faces of a surface are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Faces {
+    /// Those wound counter-clockwise.
+    Front,
+    /// The others.
+    Back,
+    /// All.
+    Both,
+}
+
 /// One draw: a mesh, some instances of one winding, one material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PlannedDraw {
@@ -46,8 +58,12 @@ pub struct PlannedDraw {
     pub instance_count: u32,
     /// Winding turned round.
     pub mirrored: bool,
-    /// Both sides drawn.
-    pub double_sided: bool,
+    /// Which faces.
+    pub faces: Faces,
+    /// First index.
+    pub index_offset: u32,
+    /// Indices.
+    pub index_count: u32,
 }
 
 /// All geometry of a picture.
@@ -55,14 +71,25 @@ pub struct PlannedDraw {
 pub struct Geometry {
     /// Meshes that are drawn.
     pub places: Vec<MeshPlace>,
-    /// In draw order: by variant, material, mesh.
+    /// Opaque and masked surfaces in draw order: by variant, material, mesh.
     pub draws: Vec<PlannedDraw>,
+    /// Blended surfaces from back to front.
+    pub blended: Vec<PlannedDraw>,
+    /// Indices behind those of meshes: triangles of blended surfaces in the order in which they are drawn.
+    pub sorted_indices: Vec<u32>,
     /// In the order that draws refer to.
     pub instances: Vec<InstanceData>,
     /// Size of the vertex buffer.
     pub vertex_bytes: u64,
     /// Number of indices.
     pub index_count: u64,
+    /// Index into `places` by mesh.
+    place_of: BTreeMap<usize, usize>,
+}
+
+/// What pipelines of a mesh are specialised for.
+fn variant_of(mesh: &Mesh, materials: &Materials) -> Variant {
+    Variant { vertex_colors: !mesh.colors.is_empty(), ..materials.variants[mesh.material] }
 }
 
 fn streams(mesh: &Mesh) -> [&[u8]; 6] {
@@ -104,22 +131,33 @@ impl Geometry {
     ///
     /// # Errors
     /// Buffers past the device's limits, in one sentence.
-    pub fn new(scene: &Scene, view: &View, materials: &Materials, limits: &Limits) -> Result<Self> {
+    pub fn new(
+        scene: &Scene,
+        view: &View,
+        materials: &Materials,
+        sort: TransparentSort,
+        limits: &Limits,
+    ) -> Result<Self> {
         let mut geometry = Self { vertex_bytes: DEFAULT_ELEMENTS_BYTES, ..Self::default() };
+        let mut blended = Vec::new();
         let mut groups: BTreeMap<(Variant, usize, usize, bool), Vec<usize>> = BTreeMap::new();
         for (index, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh];
             if mesh.indices.is_empty() {
                 continue;
             }
+            let variant = variant_of(mesh, materials);
+            if variant.blended {
+                blended.push(index);
+                continue;
+            }
             let mirrored = (instance.object_to_world.determinant() < 0.0) != view.lens.mirrors();
-            let variant = Variant { vertex_colors: !mesh.colors.is_empty(), ..materials.variants[mesh.material] };
             let key = (variant, mesh.material, instance.mesh, mirrored);
             groups.entry(key).or_default().push(index);
         }
-        let mut place_of = BTreeMap::new();
         for ((variant, material, mesh, mirrored), members) in groups {
-            let place = *place_of.entry(mesh).or_insert_with(|| geometry.place(mesh, &scene.meshes[mesh]));
+            let place = geometry.place_once(mesh, &scene.meshes[mesh]);
+            let MeshPlace { index_offset, index_count, .. } = geometry.places[place];
             geometry.draws.push(PlannedDraw {
                 place,
                 material,
@@ -127,15 +165,30 @@ impl Geometry {
                 instance_offset: geometry.instances.len() as u32,
                 instance_count: members.len() as u32,
                 mirrored,
-                double_sided: materials.double_sided[material],
+                faces: if materials.double_sided[material] { Faces::Both } else { Faces::Front },
+                index_offset,
+                index_count,
             });
             for index in members {
                 let object_to_view = view.world_to_view * scene.instances[index].object_to_world;
                 geometry.instances.push(instance(object_to_view, mirrored != view.lens.mirrors(), material));
             }
         }
+        blended::add(&mut geometry, scene, view, materials, (&blended, sort));
         geometry.check(scene, limits)?;
         Ok(geometry)
+    }
+
+    /// Where a mesh lies, placed on first use.
+    fn place_once(&mut self, index: usize, mesh: &Mesh) -> usize {
+        match self.place_of.get(&index) {
+            Some(&known) => known,
+            None => {
+                let place = self.place(index, mesh);
+                self.place_of.insert(index, place);
+                place
+            }
+        }
     }
 
     fn place(&mut self, index: usize, mesh: &Mesh) -> usize {
@@ -196,6 +249,9 @@ impl Geometry {
 
     /// Contents of the index buffer.
     pub fn index_data(&self, scene: &Scene) -> Vec<u32> {
-        self.places.iter().flat_map(|p| scene.meshes[p.mesh].indices.iter().copied()).collect()
+        let of_meshes = self.places.iter().flat_map(|p| scene.meshes[p.mesh].indices.iter().copied());
+        of_meshes.chain(self.sorted_indices.iter().copied()).collect()
     }
 }
+
+mod blended;

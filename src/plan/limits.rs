@@ -29,6 +29,8 @@ pub struct Limits {
     pub max_stage_storage_buffers: u32,
     /// RGBA32F colour attachments blend.
     pub float_blend: bool,
+    /// Fragment shaders write storage buffers: `fragmentStoresAndAtomics`.
+    pub fragment_stores: bool,
     /// What the device takes for each step; `None`: not measured.
     pub profile: Option<Profile>,
 }
@@ -47,6 +49,7 @@ impl Limits {
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
         float_blend: false,
+        fragment_stores: false,
         profile: None,
     };
 }
@@ -65,6 +68,7 @@ impl Limits {
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
         float_blend: false,
+        fragment_stores: false,
         profile: None,
     };
 }

@@ -28,6 +28,8 @@ pub struct Map {
 pub struct Variant {
     /// Alpha is tested.
     pub masked: bool,
+    /// It is mixed with what lies behind it, by alpha.
+    pub blended: bool,
     /// The base colour is the picture.
     pub unlit: bool,
     /// Bits `TEXTURE_*`.
@@ -123,6 +125,7 @@ impl Materials {
         self.maps.push(maps);
         self.variants.push(Variant {
             masked,
+            blended: material.alpha == AlphaMode::Blend,
             unlit: material.unlit,
             textures: bits,
             uv_sets,

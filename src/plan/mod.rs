@@ -19,6 +19,7 @@ pub mod profile;
 pub mod projection;
 mod request;
 pub mod tiles;
+pub mod transparency;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -38,9 +39,10 @@ pub use lights::{Fetch, LightTable};
 pub use limits::Limits;
 pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
-    GbufferLayout, Request, Technique,
+    GbufferLayout, Request, Technique, TransparentBounds, TransparentSort,
 };
 pub use tiles::Tiles;
+pub use transparency::{Transparency, TransparentLists};
 
 /// Bytes of one RGBA32F texel.
 const RADIANCE_BYTES: u64 = 16;
@@ -72,6 +74,8 @@ pub struct Plan {
     pub deferred: Option<Deferred>,
     /// Passes that a forward technique adds its lights in.
     pub light_parts: LightParts,
+    /// How blended surfaces are lit and mixed; `None` where there are none.
+    pub transparency: Option<Transparency>,
     /// Spheres that show where lights are; empty where they are not wanted.
     pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
@@ -131,7 +135,7 @@ impl Plan {
         let technique = request.technique;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let materials = materials::Materials::new(scene, limits)?;
-        let geometry = Geometry::new(scene, &view, &materials, limits)?;
+        let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         let clustered = technique.clusters();
         let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
@@ -161,6 +165,7 @@ impl Plan {
             clusters,
             deferred: None,
             light_parts: LightParts::WHOLE,
+            transparency: None,
             markers,
             geometry,
             materials,
@@ -172,6 +177,7 @@ impl Plan {
         tiles::check_reduction(&plan, request)?;
         plan.deferred = Deferred::new(&mut plan, request, extent, limits)?;
         plan.light_parts = LightParts::new(&mut plan, limits)?;
+        plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
         plan.effects = effects::decide(&plan, scene, request);
         Ok(plan)

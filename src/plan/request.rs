@@ -226,6 +226,53 @@ impl ClusterBounds {
     }
 }
 
+/// What the light lists of blended surfaces know of depths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TransparentBounds {
+    /// Lists of their own, between the nearest blended fragment and the opaque sample behind it.
+    Own,
+    /// One list for both kinds of surfaces, bounded by the samples of both.
+    Merged,
+    /// Lists of their own that know nothing of depths.
+    None,
+}
+
+impl TransparentBounds {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Own, Self::Merged, Self::None];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "own",
+            Self::Merged => "merged",
+            Self::None => "none",
+        }
+    }
+}
+
+/// What is put in order from back to front.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TransparentSort {
+    /// Objects, by the middle of their box.
+    Object,
+    /// The triangles of all of them, by their middle.
+    Triangle,
+}
+
+impl TransparentSort {
+    /// Every kind.
+    pub const ALL: [Self; 2] = [Self::Object, Self::Triangle];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Object => "object",
+            Self::Triangle => "triangle",
+        }
+    }
+}
+
 /// How the camera is chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CameraChoice {
@@ -280,6 +327,10 @@ pub struct Request {
     pub pixels_a_thread: Option<u32>,
     /// What light volumes add in.
     pub accumulation: Accumulation,
+    /// What lists of blended surfaces know of depths; `None`: what is best where there are lists.
+    pub transparent_bounds: Option<TransparentBounds>,
+    /// What of blended surfaces is put in order.
+    pub transparent_sort: TransparentSort,
     /// A small sphere where each light stands.
     pub show_lights: bool,
     /// Which camera.
@@ -311,6 +362,8 @@ impl Default for Request {
             group_a_tile: None,
             pixels_a_thread: None,
             accumulation: Accumulation::F32,
+            transparent_bounds: None,
+            transparent_sort: TransparentSort::Object,
             show_lights: false,
             camera: CameraChoice::Default,
             debug_view: None,

@@ -59,12 +59,9 @@ pub struct Tiles {
     pub list_seek: bool,
     /// A group of threads reduces the depths of a tile, else one thread; the bounds are the same.
     pub group_a_tile: bool,
+    /// Bounds hold blended surfaces as well: their lists serve both kinds.
+    pub merged: bool,
 }
-
-/// What stored depth and the depth of the shaded position may differ by. Rasterisers interpolate depth, 1/w and position by three
-/// products each, of numbers up to that of the nearest vertex (at most 1 in reversed depth): each sum is off by less than 8 * 2^-24 of it.
-/// `check` measures the difference on each driver.
-const DEPTH_SLACK: f32 = 9.536743e-7;
 
 /// Relative error of positions, radii and the arithmetic of the tests, relative to the farthest thing that is drawn: 2^-20.
 const SPACE_SLACK: f64 = 9.5367431640625e-7;
@@ -115,6 +112,7 @@ impl Tiles {
             lights_by_texel: false,
             list_seek: !request.culls_tightly(),
             group_a_tile: reduction::group_a_tile(request, limits),
+            merged: false,
         };
         let lights: Vec<_> = culled.par_iter().map(|light| tiles.cull_texels(light, view, extent)).collect();
         tiles.lights = lights.into_flattened();
@@ -148,6 +146,19 @@ impl Tiles {
         let words = self.bin_pairs + self.tile_pairs + 2 * of_tiles + 2 * of_bins;
         let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
         words * 4 + image + (self.lights.len() + self.edges.len()) as u64 * 16
+    }
+
+    /// Bytes of one more set of lists of these tiles, bounds included.
+    pub(super) fn list_bytes(&self) -> u64 {
+        let [of_tiles, _] = self.counts();
+        let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
+        (self.tile_pairs + 2 * of_tiles) * 4 + image
+    }
+
+    /// Says how far away the farthest surface can be, which stands for the sky behind blended ones.
+    pub(super) fn set_farthest(&mut self, distance: f64) {
+        let widened = distance + distance.abs() * 1e-5 + self.position_slack;
+        self.grid.farthest = up(widened).min(self.grid.far);
     }
 
     /// Counts that lists are made with: one a tile and run of its bin's list, and one a bin and run of lights.
@@ -305,9 +316,10 @@ fn grid(tile: u32, view: &View) -> TileGrid {
         perspective: u32::from(view.lens.is_perspective()),
         depth_offset,
         depth_scale,
-        depth_slack: DEPTH_SLACK,
+        depth_slack: shared::DEPTH_SLACK,
         near: near as f32,
         far: up(far).min(shared::FAR_LIMIT),
+        farthest: up(far).min(shared::FAR_LIMIT),
         ..TileGrid::default()
     }
 }

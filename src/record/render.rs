@@ -120,7 +120,7 @@ impl Recorder<'_> {
     fn log_attachments(&mut self, name: &str, render: &Render, colors: &[Attachment], depth: Option<&Attachment>) {
         let drew =
             |test: fn(&GraphicsPipeline) -> bool| render.draws.iter().any(|d| test(&render.pipelines[d.pipeline]));
-        let blended = drew(|p| p.blend == Blend::Add);
+        let blended = drew(|p| p.blend != Blend::Replace);
         let wrote_depth = drew(|p| p.depth.is_some_and(|d| d.write));
         for (color, info) in render.colors.iter().zip(colors) {
             let read = blended || info.load_op == vk::AttachmentLoadOp::LOAD;

@@ -73,6 +73,18 @@ impl Bvh {
         best
     }
 
+    /// Every accepted crossing, farthest first; of several at the same `t`, that of the higher triangle index comes first.
+    pub fn all(&self, ray: &Ray, accept: impl Fn(&Crossing) -> bool) -> Vec<Crossing> {
+        let mut found = Vec::new();
+        self.walk(ray, |crossing, _| {
+            if accept(&crossing) {
+                found.push(crossing);
+            }
+        });
+        found.sort_by(|a, b| b.t.total_cmp(&a.t).then(b.triangle.cmp(&a.triangle)));
+        found
+    }
+
     /// True where any crossing is accepted.
     pub fn any(&self, ray: &Ray, accept: impl Fn(&Crossing) -> bool) -> bool {
         let mut found = false;

@@ -40,23 +40,53 @@ impl TileBounds {
 
 /// Bounds of every tile of `tile` pixels, row-major; `slots` of the mask, or `None` for a mask of ones.
 pub fn run(grid: &TileGrid, tile: u32, slots: Option<u32>, depth: &[f32]) -> Vec<TileBounds> {
-    let tiles = (0..grid.rows).flat_map(|y| (0..grid.columns).map(move |x| [x, y]));
-    tiles.map(|at| of_tile(grid, at.map(|t| t * tile), tile, slots, depth)).collect()
+    let opaque: Vec<[u32; 2]> = depth.iter().map(|&depth| [solid_bits(depth); 2]).collect();
+    of_tiles(grid, tile, slots, &opaque)
 }
 
-fn of_tile(grid: &TileGrid, [x0, y0]: [u32; 2], tile: u32, slots: Option<u32>, depth: &[f32]) -> TileBounds {
+/// The same of blended fragments: of each pixel from the nearest one, `blended`, to the opaque sample behind it, `depth`. With `merged`
+/// opaque samples count as well.
+pub fn run_blended(
+    grid: &TileGrid,
+    tile: u32,
+    slots: Option<u32>,
+    [blended, depth]: [&[f32]; 2],
+    merged: bool,
+) -> Vec<TileBounds> {
+    let of = |(&blended, &depth): (&f32, &f32)| {
+        let [blended, depth] = [blended, depth].map(solid_bits);
+        [if merged { blended.max(depth) } else { blended }, depth]
+    };
+    let stretches: Vec<[u32; 2]> = blended.iter().zip(depth).map(of).collect();
+    of_tiles(grid, tile, slots, &stretches)
+}
+
+/// Bits of a depth, as integers in the order of positive floats; 0 where nothing was drawn.
+fn solid_bits(depth: f32) -> u32 {
+    let bits = depth.to_bits();
+    if (1..=f32::INFINITY.to_bits()).contains(&bits) { bits } else { 0 }
+}
+
+/// `pixels` are bits of the nearest and farthest depth: the first 0 where nothing counts, the second where the sky is behind.
+fn of_tiles(grid: &TileGrid, tile: u32, slots: Option<u32>, pixels: &[[u32; 2]]) -> Vec<TileBounds> {
+    let tiles = (0..grid.rows).flat_map(|y| (0..grid.columns).map(move |x| [x, y]));
+    tiles.map(|at| of_tile(grid, at.map(|t| t * tile), tile, slots, pixels)).collect()
+}
+
+fn of_tile(grid: &TileGrid, [x0, y0]: [u32; 2], tile: u32, slots: Option<u32>, depths: &[[u32; 2]]) -> TileBounds {
     let (x1, y1) = ((x0 + tile).min(grid.width), (y0 + tile).min(grid.height));
     let pixels = || (y0..y1).flat_map(move |y| (x0..x1).map(move |x| (y * grid.width + x) as usize));
-    // As integers: the order of positive floats, and nothing else is something that was drawn.
-    let bits = || pixels().map(|p| depth[p].to_bits()).filter(|b| (1..=f32::INFINITY.to_bits()).contains(b));
-    let (Some(nearest), Some(farthest)) = (bits().max(), bits().min()) else { return TileBounds::SKY };
-    let [near, _] = cull::distance_range(grid, f32::from_bits(nearest));
-    let [_, far] = cull::distance_range(grid, f32::from_bits(farthest));
+    let bits = || pixels().map(|p| depths[p]).filter(|bits| bits[0] != 0);
+    let nearest = bits().map(|bits| bits[0]).max();
+    let (Some(nearest), Some(farthest)) = (nearest, bits().map(|bits| bits[1]).min()) else { return TileBounds::SKY };
+    let begin = |bits: u32| cull::distance_range(grid, f32::from_bits(bits))[0];
+    let end = |bits: u32| if bits == 0 { grid.farthest } else { cull::distance_range(grid, f32::from_bits(bits))[1] };
+    let (near, far) = (begin(nearest), end(farthest));
     let mut bounds = TileBounds { near, far, mask: u64::MAX };
     if let Some(slots) = slots {
         let scale = bounds.slots_a_metre(slots);
-        bounds.mask = bits().map(f32::from_bits).fold(0, |mask, stored| {
-            let [first, last] = cull::distance_range(grid, stored).map(|d| cull::depth_slot(near, scale, d, slots));
+        bounds.mask = bits().fold(0, |mask, [nearest, farthest]| {
+            let [first, last] = [begin(nearest), end(farthest)].map(|d| cull::depth_slot(near, scale, d, slots));
             mask | cull::slot_mask(first, last)
         });
     }

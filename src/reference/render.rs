@@ -1,8 +1,9 @@
-//! The reference picture: one ray through each pixel's centre, f64 throughout.
+//! The reference picture: one ray through each pixel's centre, f64 throughout. Blended surfaces are mixed in the order in which the ray
+//! meets them, whatever a rasteriser's draws were sorted by.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::bvh::Bvh;
@@ -13,7 +14,7 @@ use super::surface::{Face, Fragment, Placement, Surface, Weights};
 use super::texture::Textures;
 use crate::error::{Error, Result};
 use crate::scene::view::View;
-use crate::scene::{AlphaMode, Scene};
+use crate::scene::{AlphaMode, Material, Scene};
 
 /// A scene prepared for one view: triangles in view space, their hierarchy, decoded textures.
 pub struct Reference<'a> {
@@ -25,6 +26,7 @@ pub struct Reference<'a> {
     bvh: Bvh,
     /// One a triangle of the hierarchy.
     owners: Vec<Owner>,
+    any_blended: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -56,11 +58,12 @@ pub struct Picture {
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// Linear RGB radiance; alpha is 1 on a surface, and everything is 0 elsewhere.
+    /// Linear RGB radiance; alpha is 1 on an opaque surface, what blended ones cover before the sky, and everything is 0 elsewhere.
     pub rgba: Vec<[f64; 4]>,
-    /// Distance along -Z in metres, infinite where nothing is.
+    /// Distance of the opaque surface along -Z in metres, infinite where none is.
     pub depth: Vec<f64>,
-    /// Smooth group of an instance (see `reference::smooth`), counted over all instances; `u32::MAX` where nothing is.
+    /// Smooth group of an instance (see `reference::smooth`), counted over all instances; `u32::MAX` where nothing is. Blended surfaces
+    /// in front are mixed into the number.
     pub surface_id: Vec<u32>,
 }
 
@@ -103,19 +106,50 @@ impl<'a> Reference<'a> {
             placements,
             bvh: Bvh::new(corners),
             owners,
+            any_blended: scene.materials.iter().any(|material| material.alpha == AlphaMode::Blend),
         })
     }
 
-    /// The surface under the centre of a pixel, row 0 at the top.
+    /// The opaque surface under the centre of a pixel, row 0 at the top.
     pub fn surface(&self, x: u32, y: u32) -> Option<Hit> {
+        let ray = self.ray(x, y);
+        let exists = |crossing: &Crossing| !self.blends(crossing) && self.exists([x, y], ray.direction, crossing);
+        let crossing = self.bvh.nearest(&ray, exists)?;
+        Some(self.hit([x, y], &ray, &crossing))
+    }
+
+    /// The blended surfaces in front of the opaque one, farthest first.
+    pub fn blended(&self, x: u32, y: u32) -> Vec<Hit> {
+        if !self.any_blended {
+            return Vec::new();
+        }
+        let mut ray = self.ray(x, y);
+        ray.max = self.surface(x, y).map_or(ray.max, |opaque| opaque.depth);
+        let exists = |crossing: &Crossing| self.blends(crossing) && self.exists([x, y], ray.direction, crossing);
+        let mut crossings = self.bvh.all(&ray, exists);
+        // A ray through an edge meets both triangles of it; the surface is there once.
+        crossings.dedup_by(|b, a| self.is_same_point(&ray, a, b));
+        crossings.iter().map(|crossing| self.hit([x, y], &ray, crossing)).collect()
+    }
+
+    fn is_same_point(&self, ray: &Ray, a: &Crossing, b: &Crossing) -> bool {
+        let back = |crossing: &Crossing| self.face(ray.direction, crossing.triangle).back;
+        let instance = |crossing: &Crossing| self.owners[crossing.triangle as usize].instance;
+        let on_edge = a.weights.min_element().min(b.weights.min_element()) < 1e-9;
+        on_edge && instance(a) == instance(b) && (a.t - b.t).abs() <= 1e-9 * a.t.abs() && back(a) == back(b)
+    }
+
+    fn ray(&self, x: u32, y: u32) -> Ray {
         let (origin, direction) = self.view.ray(f64::from(x), f64::from(y));
         // The direction has z = -1 and the origin z = 0, so the parameter of the ray is the depth.
-        let ray = Ray { origin, direction, min: self.view.znear, max: self.view.zfar.unwrap_or(f64::INFINITY) };
-        let crossing = self.bvh.nearest(&ray, |crossing| self.exists([x, y], direction, crossing))?;
-        let position = origin + direction * crossing.t;
-        let surface = self.fragment([x, y], &crossing).surface(position, self.face(direction, crossing.triangle));
+        Ray { origin, direction, min: self.view.znear, max: self.view.zfar.unwrap_or(f64::INFINITY) }
+    }
+
+    fn hit(&self, pixel: [u32; 2], ray: &Ray, crossing: &Crossing) -> Hit {
+        let position = ray.origin + ray.direction * crossing.t;
+        let surface = self.fragment(pixel, crossing).surface(position, self.face(ray.direction, crossing.triangle));
         let instance = self.owners[crossing.triangle as usize].instance;
-        Some(Hit { surface, triangle: crossing.triangle, instance, depth: crossing.t })
+        Hit { surface, triangle: crossing.triangle, instance, depth: crossing.t }
     }
 
     /// Draws the picture. `progress` gets the number of rows done so far, from any thread.
@@ -123,7 +157,7 @@ impl<'a> Reference<'a> {
         let View { width, height, .. } = self.view;
         let done = AtomicU64::new(0);
         let row = |y: u32| {
-            let row: Vec<Pixel> = (0..width).map(|x| self.pixel(self.surface(x, y), shader)).collect();
+            let row: Vec<Pixel> = (0..width).map(|x| self.mixed([x, y], shader)).collect();
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
             row
         };
@@ -144,6 +178,19 @@ impl<'a> Reference<'a> {
         picture
     }
 
+    /// The opaque surface of a pixel with the blended ones over it.
+    fn mixed(&self, [x, y]: [u32; 2], shader: &Shader) -> Pixel {
+        let opaque = self.pixel(self.surface(x, y), shader);
+        self.blended(x, y).iter().fold(opaque, |(rgba, depth, id), hit| {
+            let alpha = hit.surface.alpha.clamp(0.0, 1.0);
+            let color = (shader.radiance(&hit.surface) * alpha).extend(alpha);
+            let mixed = color + DVec4::from_array(rgba) * (1.0 - alpha);
+            // FNV-1a's step: which surfaces, and in which order.
+            let group = self.owners[hit.triangle as usize].group;
+            (mixed.to_array(), depth, (id ^ group).wrapping_mul(16_777_619))
+        })
+    }
+
     fn pixel(&self, hit: Option<Hit>, shader: &Shader) -> Pixel {
         match hit {
             Some(hit) => {
@@ -154,10 +201,18 @@ impl<'a> Reference<'a> {
         }
     }
 
+    fn material(&self, crossing: &Crossing) -> &Material {
+        let instance = &self.scene.instances[self.owners[crossing.triangle as usize].instance as usize];
+        &self.scene.materials[self.scene.meshes[instance.mesh].material]
+    }
+
+    fn blends(&self, crossing: &Crossing) -> bool {
+        self.any_blended && self.material(crossing).alpha == AlphaMode::Blend
+    }
+
     /// False for the back of a single-sided material and for what the alpha mask cuts out.
     fn exists(&self, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> bool {
-        let instance = &self.scene.instances[self.owners[crossing.triangle as usize].instance as usize];
-        let material = &self.scene.materials[self.scene.meshes[instance.mesh].material];
+        let material = self.material(crossing);
         if !material.double_sided && self.face(direction, crossing.triangle).back {
             return false;
         }
@@ -349,8 +404,38 @@ mod tests {
             [0, 3].map(|x| reference.surface(x, 1).map(|hit| hit.instance))
         };
         assert_eq!(drawn(&material), [None, Some(0)]);
-        material.alpha = AlphaMode::Blend;
+        material.alpha = AlphaMode::Opaque;
         assert_eq!(drawn(&material), [Some(0), Some(0)]);
+        material.alpha = AlphaMode::Blend;
+        assert_eq!(drawn(&material), [None, None]);
+    }
+
+    #[test]
+    fn blended_surfaces_are_mixed_in_the_order_of_the_ray() {
+        let pane = |red: f32| Material {
+            base_color: [red, 0.0, 0.0, 0.25],
+            alpha: AlphaMode::Blend,
+            unlit: true,
+            ..Material::default()
+        };
+        let wall = Material { base_color: [0.5, 0.5, 0.5, 1.0], unlit: true, ..Material::default() };
+        // The scene's order is not the ray's, and one pane stands behind the wall.
+        let mut scene = scene(pane(0.4), &[away(0.3), away(0.6), away(0.9), away(0.5)]);
+        scene.materials.extend([pane(0.8), wall]);
+        for (mesh, material) in [(1, 1), (2, 2)] {
+            scene.meshes.push(Mesh { material, ..square() });
+            scene.instances[mesh].mesh = mesh;
+        }
+        scene.instances[0].object_to_world = away(0.95);
+        let view = view(PERSPECTIVE, 3, 3);
+        let reference = Reference::new(&scene, &view).expect("a good scene");
+        let depths: Vec<f64> = reference.blended(1, 1).iter().map(|hit| hit.depth).collect();
+        assert_eq!(depths, [0.6, 0.5]);
+        let picture = draw(&scene, &view, &lighting(0.0, Vec::new()));
+        let behind = 0.5 * 0.75 + 0.8 * 0.25;
+        let [red, green, _, alpha] = picture.rgba[4];
+        assert!((red - (behind * 0.75 + 0.4 * 0.25)).abs() < 1e-7 && (green - 0.5 * 0.75 * 0.75).abs() < 1e-7);
+        assert!((alpha - 1.0).abs() < 1e-15 && picture.depth[4] == 0.9);
     }
 
     #[test]

@@ -100,7 +100,7 @@ pub enum AlphaMode {
     Opaque,
     /// A fragment with alpha below the cut-off does not exist.
     Mask(f32),
-    /// Drawn opaque until transparency lands; a warning says so.
+    /// Mixed with what lies behind: its share is alpha.
     Blend,
 }
 

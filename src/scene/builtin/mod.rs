@@ -5,6 +5,7 @@ mod build;
 mod cornell;
 mod corridor;
 mod furnace;
+mod glass;
 mod terrain;
 
 use super::Scene;
@@ -16,6 +17,7 @@ pub const NAMES: &[(&str, &str)] = &[
     ("atrium", "two-storey court with arcades and curtains, 256 coloured point lights; detail=1 (1, 2, 3 or 4)"),
     ("corridor", "a lit and a dark room, thin walls; door=0.9 (opening in m, 0 to 1.2; under 0.001 no door)"),
     ("terrain", "200 m of hills with houses and trees under a sun; albedo=0.5 (0 to 1), detail=1 (1, 2 or 3)"),
+    ("glass", "hall with panes of coloured glass behind each other; layers=8 (0 to 64)"),
     ("furnace", "closed emitting room whose radiance is 1 everywhere; albedo=0.5 (0 to 1; at 1 nothing emits)"),
 ];
 
@@ -43,6 +45,11 @@ const ENTRIES: &[Entry] = &[
         name: "terrain",
         parameters: &[real("albedo", 0.5, 1.0), whole("detail", 3.0)],
         build: |values| terrain::build(values[0], values[1] as usize),
+    },
+    Entry {
+        name: "glass",
+        parameters: &[Parameter { key: "layers", default: 8.0, low: 0.0, high: 64.0, whole: true }],
+        build: |values| glass::build(values[0] as usize),
     },
     Entry { name: "furnace", parameters: &[real("albedo", 0.5, 1.0)], build: |values| furnace::build(values[0]) },
 ];

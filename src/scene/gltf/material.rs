@@ -90,10 +90,7 @@ impl<'a> Loader<'a> {
         match mode.text()? {
             "OPAQUE" => Ok(AlphaMode::Opaque),
             "MASK" => Ok(AlphaMode::Mask(cutoff)),
-            "BLEND" => {
-                self.notes.add(Note::Blend);
-                Ok(AlphaMode::Blend)
-            }
+            "BLEND" => Ok(AlphaMode::Blend),
             _ => Err(mode.error("is not OPAQUE, MASK or BLEND")),
         }
     }

@@ -23,7 +23,6 @@ pub(super) enum Note {
     OtherUvSet,
     OtherImageFormat,
     TextureWithoutImage,
-    Blend,
     FlatNode,
     FlatCamera,
     MirroredCamera,
@@ -62,7 +61,7 @@ impl Notes {
 }
 
 /// Singular, plural, and what became of them; in the order of [`Note`].
-const WORDS: [(Note, [&str; 3]); 22] = [
+const WORDS: [(Note, [&str; 3]); 21] = [
     (Note::Animations, ["animation", "animations", "not played, the scene is drawn at rest"]),
     (Note::Skins, ["skinned node", "skinned nodes", "drawn in the pose of the file's vertices"]),
     (Note::MorphTargets, ["primitive with morph targets", "primitives with morph targets", "drawn without them"]),
@@ -139,7 +138,6 @@ const WORDS: [(Note, [&str; 3]); 22] = [
         ],
     ),
     (Note::TextureWithoutImage, ["texture without an image", "textures without an image", "ignored"]),
-    (Note::Blend, ["material with alphaMode BLEND", "materials with alphaMode BLEND", "drawn opaque"]),
     (
         Note::FlatNode,
         [
@@ -173,7 +171,7 @@ mod tests {
     #[test]
     fn each_is_said_once() {
         let mut notes = Notes::default();
-        notes.add(Note::Blend);
+        notes.add(Note::FlatCamera);
         notes.add_many(Note::Lines, 2);
         notes.add(Note::Lines);
         notes.add_many(Note::Points, 0);
@@ -182,7 +180,7 @@ mod tests {
         assert_eq!(sentences.len(), 3);
         assert_eq!(sentences[0], "first");
         assert_eq!(sentences[1], "3 primitives of lines: not supported and not drawn");
-        assert_eq!(sentences[2], "1 material with alphaMode BLEND: drawn opaque");
+        assert_eq!(sentences[2], Note::FlatCamera.sentence(1));
     }
 
     #[test]

@@ -1,0 +1,41 @@
+//! Transparent compose: mixes the layer that blended surfaces were drawn into with the picture, on devices that do not blend 32-bit floats.
+//!
+//! Reads: radiance, layer (premultiplied by alpha). Writes: radiance in a second image. Limits: the layer holds 11 bits of a colour and at
+//! most 65504. CPU twin: `reference/render.rs`.
+
+use super::{RADIANCE_FORMAT, nearest_sampler};
+use crate::graph::access::FragmentSampled;
+use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::plan::Plan;
+use crate::shaders::shade::transparent_compose;
+
+/// Adds the pass; the mixed picture.
+pub fn add(graph: &mut Graph, plan: &Plan, radiance: ImageHandle, layer: ImageHandle) -> ImageHandle {
+    let extent = [plan.view.width, plan.view.height];
+    let mixed = graph.image("radiance_mixed", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let set = transparent_compose::Bindings {
+        radiance: FragmentSampled(radiance, nearest_sampler()),
+        transparent_layer: FragmentSampled(layer, nearest_sampler()),
+    };
+    let pipeline = GraphicsPipeline {
+        program: &transparent_compose::PROGRAM,
+        constants: Vec::new(),
+        colors: vec![RADIANCE_FORMAT],
+        blend: Blend::Replace,
+        depth: None,
+        depth_clamp: false,
+    };
+    let render = Render {
+        colors: vec![ColorAttachment { image: mixed, clear: Some([0.0; 4]) }],
+        depth: None,
+        extent,
+        bindings: set.list(),
+        material_bindings: Vec::new(),
+        pipelines: vec![pipeline],
+        draws: vec![Draw::full_screen(0)],
+        vertices: None,
+        indices: None,
+    };
+    graph.add("transparent_compose", Work::Render(render));
+    mixed
+}

@@ -1,0 +1,18 @@
+//! Effects that a scene calls for, by the rows that `check` prints.
+
+use crate::support::run;
+
+#[test]
+fn t8_blended_surfaces_are_lit_alike_everywhere() {
+    run("transparency");
+}
+
+#[test]
+fn bounds_of_blended_surfaces_equal_their_twin() {
+    run("transparent_bounds");
+}
+
+#[test]
+fn blended_surfaces_are_mixed_without_float_blending() {
+    run("transparent_layer");
+}
