@@ -77,7 +77,7 @@ fn decode(planned: &Gbuffer, stored: &Picture) -> Option<Picture> {
 /// The inverse of `glsl/inc/gbuffer.glsl`.
 fn compact(planned: &Gbuffer, stored: &Picture) -> Option<Vec<Option<Texel>>> {
     let (base, material) = (words(stored, "gbuffer_base_color")?, words(stored, "gbuffer_material")?);
-    let normals = codes(&words(stored, "gbuffer_normals")?, planned.normal_bits);
+    let normals = codes(&words(stored, "gbuffer_normals")?, planned);
     let emission = stored.rgba("gbuffer_emission");
     let of = |((pixel, &base), (&material, &code)): ((usize, &u32), (&u32, &[u32; 2]))| {
         // Alpha.
@@ -98,9 +98,12 @@ fn compact(planned: &Gbuffer, stored: &Picture) -> Option<Vec<Option<Texel>>> {
 }
 
 /// Both codes of each normal, as many as the words hold.
-pub(crate) fn codes(words: &[u32], bits: u32) -> Vec<[u32; 2]> {
+pub(crate) fn codes(words: &[u32], planned: &Gbuffer) -> Vec<[u32; 2]> {
+    let bits = planned.normal_bits;
     let pair = |word: u32, width: u32| [word, word >> width].map(|code| code & ((1 << width) - 1));
     match bits {
+        // Four numbers of 16 bits, of which two are codes.
+        _ if planned.material => words.iter().step_by(2).map(|&word| pair(word, 16)).collect(),
         // Two pixels a word.
         8 => words.iter().flat_map(|&word| [pair(word, 8), pair(word >> 16, 8)]).collect(),
         _ => words.iter().map(|&word| pair(word, bits)).collect(),
@@ -164,7 +167,7 @@ mod tests {
 
     #[test]
     fn compact_texels_are_decoded_where_a_surface_is() {
-        let planned = Gbuffer { layout: GbufferLayout::Compact, normal_bits: 16, emission: false };
+        let planned = Gbuffer { layout: GbufferLayout::Compact, normal_bits: 16, emission: false, material: false };
         let decoded = decode(&planned, &stored(vec![0; 3])).expect("every image is there");
         assert_eq!(layer(&decoded, ALBEDO), [[0.0; 4], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]]);
         let [_, first, second] = layer(&decoded, MATERIAL)[..] else { panic!("three pixels") };
@@ -180,7 +183,8 @@ mod tests {
         for bits in [8, 10, 16] {
             let codes = axes.map(|axis| octahedral::encode(axis, bits)).map(|[x, y]| x | y << bits);
             let words = if bits == 8 { vec![codes[0] | codes[1] << 16, codes[2]] } else { codes.to_vec() };
-            let planned = Gbuffer { layout: GbufferLayout::Compact, normal_bits: bits, emission: false };
+            let planned =
+                Gbuffer { layout: GbufferLayout::Compact, normal_bits: bits, emission: false, material: false };
             let decoded = decode(&planned, &stored(words)).expect("every image is there");
             let normals = layer(&decoded, NORMAL);
             assert_eq!(normals, [[0.0; 4], [1.0, 0.0, 0.0, 1.0], [0.0, -1.0, 0.0, 1.0]], "{bits} bits");
@@ -197,7 +201,7 @@ mod tests {
             ("gbuffer_specular_flag", floats([0.04, 0.04, 0.04, 1.0])),
             ("gbuffer_ambient_emission", floats([7.0, 8.0, 9.0, 0.0])),
         ]);
-        let planned = Gbuffer { layout: GbufferLayout::Fat, normal_bits: 16, emission: false };
+        let planned = Gbuffer { layout: GbufferLayout::Fat, normal_bits: 16, emission: false, material: false };
         let decoded = decode(&planned, &stored).expect("every image is there");
         let second = |name| layer(&decoded, name)[1];
         assert_eq!([second(ALBEDO), second(NORMAL)], [[0.1, 0.2, 0.3, 1.0], [0.0, 0.0, 1.0, 1.0]]);

@@ -11,7 +11,7 @@ use crate::graph::checker::Violation;
 use crate::measure::picture::Picture;
 use crate::passes;
 use crate::plan::projection::{self, PixelRect};
-use crate::plan::{Clusters, CullTest, DebugView, Plan, Tiles};
+use crate::plan::{Clusters, CullTest, DebugView, Gbuffer, Plan, Tiles};
 use crate::reference::cluster_keys;
 use crate::reference::depth_reduce::TileBounds;
 use crate::reference::light_pairs::{NO_CELL, Oracle, PairCounts};
@@ -71,8 +71,12 @@ pub fn read(plan: &Plan, picture: &Picture) -> Made {
         _ => Cells::whole_picture(plan.pixels() as usize, directional(plan)..plan.lights.count),
     };
     let bounds = words(picture, "tile_bounds").chunks_exact(4).map(|w| [w[0], w[1], w[2], w[3]]).collect();
-    let bits = plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
-    let normals = normal_codes(picture, bits).iter().map(|&code| octahedral::decode(code, bits)).collect();
+    let planned = plan.deferred.as_ref().map(|deferred| deferred.gbuffer);
+    let decoded = |planned: Gbuffer| {
+        let decode = |&code: &_| octahedral::decode(code, planned.normal_bits);
+        normal_codes(picture, &planned).iter().map(decode).collect()
+    };
+    let normals = planned.map_or_else(Vec::new, decoded);
     let mut bins = ["bin_ranges", "bin_lights"].map(|layer| words(picture, layer));
     let listed = bins[0].last().map_or(0, |&end| end as usize);
     bins[1].truncate(listed);
@@ -176,12 +180,12 @@ fn tile_of(tiles: &Tiles, pixel: u32) -> u32 {
     y / tiles.tile * tiles.grid.columns + x / tiles.tile
 }
 
-/// Codes of normals of each pixel, `bits` bits each, where the frame left them.
-pub fn normal_codes(picture: &Picture, bits: u32) -> Vec<[u32; 2]> {
+/// Codes of normals of each pixel, where the frame left them.
+pub fn normal_codes(picture: &Picture, planned: &Gbuffer) -> Vec<[u32; 2]> {
     if picture.layer(passes::NORMAL_CODES).is_none() {
         return Vec::new();
     }
-    let mut codes = gbuffer::codes(&words(picture, passes::NORMAL_CODES), bits);
+    let mut codes = gbuffer::codes(&words(picture, passes::NORMAL_CODES), planned);
     // Words hold one pixel or two.
     codes.truncate(picture.width as usize * picture.height as usize);
     codes

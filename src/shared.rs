@@ -47,6 +47,12 @@ pub const SHADING_LAMBERT: u32 = 0;
 pub const SHADING_PHONG: u32 = 1;
 /// See `SHADING_LAMBERT`.
 pub const SHADING_GLTF: u32 = 2;
+/// See `SHADING_LAMBERT`; only of materials.
+pub const SHADING_CAR_PAINT: u32 = 3;
+/// See `SHADING_CAR_PAINT`.
+pub const SHADING_RIM: u32 = 4;
+/// Each material has its own: one of those above, in `MaterialData`.
+pub const SHADING_MIXED: u32 = 5;
 
 /// Smallest squared distance to a light, m^2: nearer than 1e-18 m the direction fades to 0.
 pub const MIN_DISTANCE2: f32 = 1e-36;
@@ -69,6 +75,8 @@ pub const TEXTURE_NORMAL: u32 = 4;
 pub const TEXTURE_OCCLUSION: u32 = 8;
 /// See `TEXTURE_BASE_COLOR`.
 pub const TEXTURE_EMISSIVE: u32 = 16;
+/// See `TEXTURE_BASE_COLOR`.
+pub const TEXTURE_HEIGHT: u32 = 32;
 
 /// One picture's constants.
 #[repr(C)]
@@ -162,7 +170,26 @@ pub struct MaterialData {
     pub uv_emissive_u: Vec3,
     /// Second row.
     pub uv_emissive_v: Vec3,
+    /// First row.
+    pub uv_height_u: Vec3,
+    /// Second row.
+    pub uv_height_v: Vec3,
+    /// Depth of a height of 0, in widths of the texture.
+    pub height_scale: f32,
+    /// 0 to 3.
+    pub height_channel: u32,
+    /// `SHADING_*`.
+    pub model: u32,
+    /// Second colour of the model.
+    pub model_color: Vec3,
+    /// Its exponent.
+    pub model_exponent: f32,
 }
+
+/// Steps in which parallax mapping finds the depth that is seen.
+pub const PARALLAX_STEPS: u32 = 8;
+/// Share of the way to the depth under a step's coordinates that the step takes.
+pub const PARALLAX_STEP: f32 = 0.5;
 
 /// Value of CULL: integer rectangles of tiles, made beforehand.
 pub const CULL_RECTANGLE: u32 = 0;

@@ -16,3 +16,13 @@ fn bounds_of_blended_surfaces_equal_their_twin() {
 fn blended_surfaces_are_mixed_without_float_blending() {
     run("transparent_layer");
 }
+
+#[test]
+fn parallax_against_rays() {
+    run("parallax");
+}
+
+#[test]
+fn shading_models_of_materials() {
+    run("material_models");
+}

@@ -1,5 +1,6 @@
 // Lobes. exp and log are our own: drivers differ by up to 5 % in pow (PEERS.md). CPU twin: reference/shade.rs.
-layout(constant_id = 6) const uint SHADING = 2u;
+// One model, or that of each material.
+layout(constant_id = 6) const uint SHADING = SHADING_GLTF;
 
 // log(1 - x) for x in [0, 1): atanh series after a split of the mantissa; a few ulp for small x, where lobes are high.
 float log_one_minus(float x) {
@@ -44,7 +45,23 @@ struct Lobes {
     float alpha2;
     float shininess;
     float view_term;
+    // Towards the silhouette.
+    vec3 rim;
+    uint model;
 };
+
+// x^power for x in [0, 1] and a positive power.
+float power_of(float x, float power) {
+    precise float y = power * log_one_minus(1.0 - x);
+    return x > 0.0 ? exp_negative(y) : 0.0;
+}
+
+uint model_of(Lobes lobes) {
+    if (SHADING != SHADING_MIXED) {
+        return SHADING;
+    }
+    return lobes.model;
+}
 
 // What a surface sends out without any light of the table.
 vec3 unlit_radiance(Surface s) {
@@ -61,18 +78,30 @@ vec3 specular_color(Surface s) {
 // What does not depend on the light.
 Lobes make_lobes(Surface s, vec3 v) {
     Lobes lobes;
+    lobes.model = s.model;
+    lobes.rim = vec3(0.0);
+    uint model = model_of(lobes);
+    precise float nv = abs(dot(s.normal, v));
+    if (model == SHADING_CAR_PAINT) {
+        precise float share = power_of(min(nv, 1.0), s.model_exponent);
+        precise vec3 paint = mix(s.model_color, s.base_color, share);
+        s.base_color = paint;
+    }
+    if (model == SHADING_RIM) {
+        precise vec3 rim = s.model_color * power_of(1.0 - min(nv, 1.0), s.model_exponent);
+        lobes.rim = rim;
+    }
     lobes.specular = specular_color(s);
     precise float alpha = s.roughness * s.roughness;
     lobes.alpha2 = alpha * alpha;
-    if (SHADING == SHADING_GLTF) {
-        lobes.diffuse = s.base_color * ((1.0 - s.metallic) * (1.0 / PI));
-        precise float nv = abs(dot(s.normal, v));
-        lobes.view_term = nv + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nv * nv);
-        lobes.shininess = 0.0;
-    } else {
-        lobes.diffuse = SHADING == SHADING_LAMBERT ? s.base_color * (1.0 / PI) : s.base_color;
+    if (model == SHADING_LAMBERT || model == SHADING_PHONG) {
+        lobes.diffuse = model == SHADING_LAMBERT ? s.base_color * (1.0 / PI) : s.base_color;
         lobes.shininess = clamp(2.0 / lobes.alpha2 - 2.0, 1.0, 1024.0);
         lobes.view_term = 0.0;
+    } else {
+        lobes.diffuse = s.base_color * ((1.0 - s.metallic) * (1.0 / PI));
+        lobes.view_term = nv + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nv * nv);
+        lobes.shininess = 0.0;
     }
     return lobes;
 }
@@ -80,7 +109,8 @@ Lobes make_lobes(Surface s, vec3 v) {
 // Reflected radiance for unit irradiance: diffuse, plus Blinn's lobe (phong) or GGX with Smith and Schlick (gltf).
 // H = l + v stays unnormalised: |H| cancels from the lobes, and v.h is |H| / 2 because l and v are unit vectors.
 vec3 reflect_light(Lobes lobes, Surface s, vec3 v, vec3 l, float nl) {
-    if (SHADING == SHADING_LAMBERT) {
+    uint model = model_of(lobes);
+    if (model == SHADING_LAMBERT) {
         return lobes.diffuse;
     }
     precise vec3 h = l + v;
@@ -89,7 +119,7 @@ vec3 reflect_light(Lobes lobes, Surface s, vec3 v, vec3 l, float nl) {
     // |n x H|^2 = H^2 (1 - (n.h)^2): no cancellation at the peak of the lobe.
     precise float sin2 = min(dot(across, across), h2);
     bool front = dot(s.normal, h) > 0.0;
-    if (SHADING == SHADING_PHONG) {
+    if (model == SHADING_PHONG) {
         float lobe = front ? exp_negative(0.5 * lobes.shininess * log_one_minus(sin2 / h2)) : 0.0;
         return lobes.diffuse + lobes.specular * lobe;
     }
@@ -100,5 +130,8 @@ vec3 reflect_light(Lobes lobes, Surface s, vec3 v, vec3 l, float nl) {
     precise float light_term = nl + sqrt(lobes.alpha2 + (1.0 - lobes.alpha2) * nl * nl);
     precise float lobe = (lobes.alpha2 * h2) * h2 / ((PI * d) * d * (light_term * lobes.view_term));
     precise vec3 result = (1.0 - fresnel) * lobes.diffuse + fresnel * (front ? lobe : 0.0);
+    if (model == SHADING_RIM) {
+        result += lobes.rim;
+    }
     return result;
 }

@@ -1,12 +1,16 @@
 // The surface that the G-buffer holds at a pixel, in either layout. What a layout lacks is bound to something else and not read.
 #include "gbuffer.glsl"
 #include "cull.glsl"
+#include "surface_data.glsl"
 
 layout(constant_id = 30) const uint GBUFFER = GBUFFER_COMPACT;
 // The compact layout has an image of emission.
 layout(constant_id = 32) const bool EMISSION = false;
+// It says which material is seen.
+layout(constant_id = 34) const bool STORED_MATERIAL = false;
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
+layout(set = 0, binding = 14, scalar) readonly buffer MaterialBlock { MaterialData data[]; } materials;
 layout(set = 0, binding = 20) uniform sampler2D gbuffer_depth;
 layout(set = 0, binding = 21) uniform sampler2D gbuffer_base_color;
 layout(set = 0, binding = 22) uniform usampler2D gbuffer_normals;
@@ -18,16 +22,12 @@ layout(set = 0, binding = 27) uniform sampler2D gbuffer_base_metallic;
 layout(set = 0, binding = 28) uniform sampler2D gbuffer_specular_flag;
 layout(set = 0, binding = 29) uniform sampler2D gbuffer_ambient_emission;
 
-struct Surface {
-    vec3 position;
-    vec3 normal;
-    vec3 base_color;
-    float metallic;
-    float roughness;
-    float occlusion;
-    vec3 emissive;
-    bool unlit;
-};
+
+void read_model(uint material, inout Surface s) {
+    s.model = materials.data[material].model;
+    s.model_color = materials.data[material].model_color;
+    s.model_exponent = materials.data[material].model_exponent;
+}
 
 // Distance along the view axis of a stored depth: what distance_range of cull.glsl widens.
 float view_distance(float depth) {
@@ -50,6 +50,10 @@ vec3 position_of_depth(ivec2 at, float depth) {
 // False where no lit surface is seen.
 bool read_gbuffer(ivec2 at, out Surface s) {
     s.unlit = false;
+    s.alpha = 1.0;
+    s.model = SHADING_GLTF;
+    s.model_color = vec3(0.0);
+    s.model_exponent = 1.0;
     if (GBUFFER == GBUFFER_FAT) {
         vec4 position_roughness = texelFetch(gbuffer_position_roughness, at, 0);
         vec4 base_metallic = texelFetch(gbuffer_base_metallic, at, 0);
@@ -61,12 +65,20 @@ bool read_gbuffer(ivec2 at, out Surface s) {
         // Ambient light is in what was stored; an occlusion of 0 adds none to it.
         s.occlusion = 0.0;
         s.emissive = texelFetch(gbuffer_ambient_emission, at, 0).rgb;
-        return texelFetch(gbuffer_specular_flag, at, 0).w > 0.0;
+        float flag = texelFetch(gbuffer_specular_flag, at, 0).w;
+        if (STORED_MATERIAL && flag > 0.0) {
+            read_model(uint(flag) - 1u, s);
+        }
+        return flag > 0.0;
     }
     vec4 base_color = texelFetch(gbuffer_base_color, at, 0);
     vec3 material = load_material(texelFetch(gbuffer_material, at, 0));
     s.position = position_of_depth(at, texelFetch(gbuffer_depth, at, 0).x);
-    s.normal = decode_octahedral(texelFetch(gbuffer_normals, at, 0).xy, NORMAL_BITS);
+    uvec4 codes = texelFetch(gbuffer_normals, at, 0);
+    s.normal = decode_octahedral(codes.xy, NORMAL_BITS);
+    if (STORED_MATERIAL) {
+        read_model(codes.z, s);
+    }
     s.base_color = load_base_color(base_color);
     s.roughness = material.x;
     s.metallic = material.y;

@@ -1,5 +1,6 @@
 // From interpolants and material to what the lights see. CPU twin: reference/surface.rs.
 #include "texture_level.glsl"
+#include "surface_data.glsl"
 
 layout(set = 0, binding = 2, scalar) readonly buffer MaterialBlock { MaterialData data[]; } materials;
 layout(set = 1, binding = 0) uniform sampler2D base_color_map;
@@ -7,6 +8,7 @@ layout(set = 1, binding = 1) uniform sampler2D metallic_roughness_map;
 layout(set = 1, binding = 2) uniform sampler2D normal_map;
 layout(set = 1, binding = 3) uniform sampler2D occlusion_map;
 layout(set = 1, binding = 4) uniform sampler2D emissive_map;
+layout(set = 1, binding = 5) uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_position_vs;
 layout(location = 1) in vec3 in_normal_vs;
@@ -17,6 +19,7 @@ layout(location = 5) flat in uint in_material;
 layout(location = 6) flat in vec4 in_base_color;
 layout(location = 7) flat in vec4 in_emissive_metallic;
 layout(location = 8) flat in vec4 in_roughness_scales;
+layout(location = 9) flat in vec4 in_model;
 
 // Bits TEXTURE_*: the maps that the material of this pipeline has; the others are neither sampled nor branched over.
 layout(constant_id = 10) const uint TEXTURES = 0u;
@@ -29,18 +32,11 @@ layout(constant_id = 14) const bool VERTEX_COLORS = false;
 layout(constant_id = 15) const bool UNLIT = false;
 // The lens turns the picture round, and with it the order of rows and columns.
 layout(constant_id = 16) const bool MIRRORED_LENS = false;
+layout(constant_id = 9) const bool PERSPECTIVE = true;
 
-struct Surface {
-    vec3 position;
-    vec3 normal;
-    vec3 base_color;
-    float alpha;
-    float metallic;
-    float roughness;
-    float occlusion;
-    vec3 emissive;
-    bool unlit;
-};
+
+// What parallax mapping adds to the coordinates of the height map's set.
+vec2 parallax_shift = vec2(0.0);
 
 // The coordinates of map `index`, and its transform's rows where it has one.
 UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
@@ -49,6 +45,9 @@ UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
     vec4 dy = dFdyFine(in_uv);
     const bool second = (UV_SETS & (1u << index)) != 0u;
     UvFootprint f = second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
+    if ((TEXTURES & TEXTURE_HEIGHT) != 0u && second == ((UV_SETS & TEXTURE_HEIGHT) != 0u)) {
+        f.uv += parallax_shift;
+    }
     if (UV_TRANSFORMS) {
         precise vec2 at = vec2(dot(row_u, vec3(f.uv, 1.0)), dot(row_v, vec3(f.uv, 1.0)));
         f.uv = at;
@@ -77,14 +76,54 @@ vec3 interpolated_normal() {
     return gl_FrontFacing ? geometric : -geometric;
 }
 
-vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
+// Tangent and bitangent; false where nothing of the tangent is left beside the normal.
+bool tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
     precise vec3 t = in_tangent_vs.xyz - n * dot(n, in_tangent_vs.xyz);
     precise float length2 = dot(t, t);
     if (!(length2 > MIN_NORMAL2 * dot(in_tangent_vs.xyz, in_tangent_vs.xyz))) {
-        return n;
+        return false;
     }
     t /= sqrt(length2);
     precise vec3 b = cross(n, t) * in_tangent_vs.w;
+    tangent = t;
+    bitangent = b;
+    return true;
+}
+
+// Parallax mapping: the coordinates at which the ray from the eye meets the height map below the surface (T. Welsh, "Parallax Mapping with
+// Offset Limiting", 2004: the way across is not divided by the way down), in steps towards the depth under the last ones.
+void shift_by_height(vec3 n) {
+    vec3 t;
+    vec3 b;
+    if (!tangent_frame(n, t, b)) {
+        return;
+    }
+    precise vec3 v = PERSPECTIVE ? -in_position_vs / sqrt(dot(in_position_vs, in_position_vs)) : vec3(0.0, 0.0, 1.0);
+    if (!(dot(v, gl_FrontFacing ? n : -n) > 0.0)) {
+        return;
+    }
+    // v points down the picture, the bitangent up.
+    precise vec2 across = vec2(-dot(v, t), dot(v, b));
+    float scale = materials.data[in_material].height_scale;
+    uint channel = materials.data[in_material].height_channel;
+    precise float depth = 0.0;
+    for (uint i = 0u; i < PARALLAX_STEPS; ++i) {
+        precise vec2 shift = across * depth;
+        parallax_shift = shift;
+        vec4 texel = SAMPLE_MAP(height, 5u);
+        precise float target = (1.0 - texel[channel]) * scale;
+        depth += (target - depth) * PARALLAX_STEP;
+    }
+    precise vec2 found = across * depth;
+    parallax_shift = found;
+}
+
+vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
+    vec3 t;
+    vec3 b;
+    if (!tangent_frame(n, t, b)) {
+        return n;
+    }
     precise vec3 m = (texel * 2.0 - 1.0) * vec3(scale, scale, 1.0);
     precise vec3 mapped = t * m.x + b * m.y + n * m.z;
     precise float mapped2 = dot(mapped, mapped);
@@ -92,6 +131,10 @@ vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
 }
 
 Surface read_surface() {
+    vec3 n = interpolated_normal();
+    if ((TEXTURES & TEXTURE_HEIGHT) != 0u) {
+        shift_by_height(n);
+    }
     vec4 base = in_base_color;
     if (VERTEX_COLORS) {
         base *= in_color;
@@ -112,7 +155,6 @@ Surface read_surface() {
     }
     s.roughness = clamp(s.roughness, MIN_ROUGHNESS, 1.0);
     s.metallic = clamp(s.metallic, 0.0, 1.0);
-    vec3 n = interpolated_normal();
     if ((TEXTURES & TEXTURE_NORMAL) != 0u) {
         n = mapped_normal(n, SAMPLE_MAP(normal, 2u).xyz, in_roughness_scales.y);
     }
@@ -127,6 +169,9 @@ Surface read_surface() {
         s.emissive *= SAMPLE_MAP(emissive, 4u).rgb;
     }
     s.unlit = UNLIT;
+    s.model = SHADING_GLTF;
+    s.model_color = in_model.rgb;
+    s.model_exponent = in_model.w;
     if (ALPHA_MASK && base.a < in_roughness_scales.w) {
         discard;
     }

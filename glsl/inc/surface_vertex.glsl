@@ -17,6 +17,7 @@ layout(location = 5) flat out uint out_material;
 layout(location = 6) flat out vec4 out_base_color;
 layout(location = 7) flat out vec4 out_emissive_metallic;
 layout(location = 8) flat out vec4 out_roughness_scales;
+layout(location = 9) flat out vec4 out_model;
 
 layout(set = 0, binding = 2, scalar) readonly buffer MaterialBlock { MaterialData data[]; } materials;
 
@@ -35,4 +36,5 @@ void main() {
     out_base_color = m.base_color;
     out_emissive_metallic = vec4(m.emissive, m.metallic);
     out_roughness_scales = vec4(m.roughness, m.normal_scale, m.occlusion_strength, m.alpha_cutoff);
+    out_model = vec4(m.model_color, m.model_exponent);
 }

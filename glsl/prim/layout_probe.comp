@@ -91,5 +91,12 @@ void main() {
         put(structs.materials[i].uv_occlusion_v);
         put(structs.materials[i].uv_emissive_u);
         put(structs.materials[i].uv_emissive_v);
+        put(structs.materials[i].uv_height_u);
+        put(structs.materials[i].uv_height_v);
+        put(structs.materials[i].height_scale);
+        put(structs.materials[i].height_channel);
+        put(structs.materials[i].model);
+        put(structs.materials[i].model_color);
+        put(structs.materials[i].model_exponent);
     }
 }

@@ -12,6 +12,7 @@ layout(location = 2) out vec4 out_material;
 void main() {
     Surface s = read_surface();
     out_base_color = store_base_color(s.base_color);
-    out_normal = uvec4(encode_octahedral(s.normal, NORMAL_BITS), 0u, 0u);
+    // The number is dropped where the image has two channels.
+    out_normal = uvec4(encode_octahedral(s.normal, NORMAL_BITS), in_material, 0u);
     out_material = store_material(s.roughness, s.metallic, s.occlusion);
 }

@@ -19,6 +19,6 @@ void main() {
     out_position_roughness = vec4(s.position, s.roughness);
     out_normal_occlusion = vec4(s.normal, s.occlusion);
     out_base_metallic = vec4(s.base_color, s.metallic);
-    out_specular_flag = vec4(specular_color(s), 1.0);
+    out_specular_flag = vec4(specular_color(s), 1.0 + float(in_material));
     out_ambient_emission = vec4(unlit_radiance(s), 0.0);
 }

@@ -14,5 +14,5 @@ void main() {
     out_position_roughness = vec4(s.position, s.roughness);
     out_normal_occlusion = vec4(s.normal, s.occlusion);
     out_base_metallic = vec4(s.base_color, s.metallic);
-    out_emissive_flags = vec4(s.emissive, s.unlit ? 2.0 : 1.0);
+    out_emissive_flags = vec4(s.emissive, (s.unlit ? 2.0 : 1.0) + 4.0 * float(in_material));
 }

@@ -164,8 +164,8 @@ fn read(plan: Plan, picture: &Picture, violations: usize) -> Result<Made> {
         lists(picture, ["tile_offsets", "tile_lights"], tiles.grid.list_chunks, tiles.count_tiles())
     };
     let lists = lists(picture, ["list_offsets", "list_lights"], 1, total);
-    let bits = plan.deferred.as_ref().map_or(0, |deferred| deferred.gbuffer.normal_bits);
-    let codes = normal_codes(picture, bits);
+    let planned = plan.deferred.as_ref().map(|deferred| deferred.gbuffer);
+    let codes = planned.map_or_else(Vec::new, |planned| normal_codes(picture, &planned));
     Ok(Made { depth, tile_lists, index, keys, boxes, codes, lists, violations, plan })
 }
 

@@ -103,6 +103,8 @@ pub const ALL: &[(&str, Check)] = &[
     ("samplers", textured::samplers),
     ("material_maps", textured::maps),
     ("material_modes", textured::modes),
+    ("parallax", textured::parallax),
+    ("material_models", textured::material_models),
     ("transparency", transparent::transparency),
     ("transparent_bounds", transparent::transparent_bounds),
     ("transparent_layer", transparent::transparent_layer),

@@ -24,7 +24,7 @@ pub const SHADING_BOUND: f64 = 1e-5;
 const SHADINGS: [Shading; 3] = [Shading::Lambert, Shading::Phong, Shading::Gltf];
 
 /// What the lights saw at each pixel, as the device stored it; `None` where nothing is.
-fn surfaces(picture: &Picture) -> Result<Vec<Option<Surface>>> {
+fn surfaces(scene: &Scene, picture: &Picture) -> Result<Vec<Option<Surface>>> {
     let missing = || Error::new("the surface probe left no layers");
     let mut layers = Vec::new();
     for name in LAYERS {
@@ -43,7 +43,9 @@ fn surfaces(picture: &Picture) -> Result<Vec<Option<Surface>>> {
             roughness: f64::from(position[3]),
             occlusion: f64::from(normal[3]),
             emissive: vector(emissive),
-            unlit: emissive[3] > 1.5,
+            // What is seen, and four times which material.
+            unlit: (emissive[3] % 4.0) > 1.5,
+            model: scene.materials.get((emissive[3] / 4.0) as usize).and_then(|material| material.model),
         })
     };
     Ok((0..layers[0].len()).map(surface).collect())
@@ -82,7 +84,7 @@ impl Shaded {
         let radiance = draw(renderer, scene, plan)?;
         let mut probe = renderer.prepare_frame(scene, plan, passes::surface_frame(plan))?;
         probe.draw(1)?;
-        Ok(Self { radiance, surfaces: surfaces(&probe.read_back()?)? })
+        Ok(Self { radiance, surfaces: surfaces(scene, &probe.read_back()?)? })
     }
 
     /// Pixels with a channel that is NaN or infinite.

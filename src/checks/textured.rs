@@ -11,14 +11,16 @@ use glam::{DMat4, DVec2, DVec3, Vec3};
 
 use super::Row;
 use super::judge::judge;
+use super::oracle::{SHADING_BOUND, shading_error};
 use crate::error::Result;
 use crate::math::random::Random;
 use crate::plan::Request;
 use crate::renderer::Renderer;
 use crate::scene::lighting::{LightRules, RangeRule};
-use crate::scene::shading::Shading;
+use crate::scene::shading::{Model, OwnModel, Shading};
 use crate::scene::{
-    AlphaMode, Camera, IDENTITY_UV, Image, Instance, Light, LightKind, Material, Mesh, Sampler, Scene, Texture, Wrap,
+    AlphaMode, Camera, Height, IDENTITY_UV, Image, Instance, Light, LightKind, Material, Mesh, Projection, Sampler,
+    Scene, Texture, Wrap,
 };
 
 /// Pixels.
@@ -281,7 +283,7 @@ fn holed() -> Scene {
 }
 
 /// A sheet with every map beside one that no light changes, and one with a mask: for techniques to agree on.
-pub(super) fn mixed() -> [(&'static str, Scene); 2] {
+pub(super) fn mixed() -> [(&'static str, Scene); 4] {
     let (all, images) = every_map();
     let mut lit = pair(scene(sheet(0.65), Material { double_sided: true, ..all }, images), sheet(0.65));
     let unlit = Some(turned(texture(0, TRILINEAR)));
@@ -289,7 +291,100 @@ pub(super) fn mixed() -> [(&'static str, Scene); 2] {
     lit.meshes[1].material = 1;
     let mut masked = holed();
     masked.materials[0].alpha = AlphaMode::Mask(0.5);
-    [("maps and unlit", lit), ("mask", masked)]
+    [("maps and unlit", lit), ("mask", masked), ("models", models()), ("parallax", deep(0.06))]
+}
+
+/// A row of balls, each with a shading model of its own.
+fn models() -> Scene {
+    let mut row = scene(ball(), dielectric(), Vec::new());
+    row.materials.clear();
+    row.meshes.clear();
+    row.instances.clear();
+    for (index, model) in Model::ALL.into_iter().enumerate() {
+        let own = OwnModel { model, color: [0.1, 0.4, 0.9], exponent: 2.5 };
+        row.materials.push(Material {
+            base_color: [0.9, 0.3, 0.2, 1.0],
+            metallic: 0.3,
+            model: Some(own),
+            ..dielectric()
+        });
+        row.meshes.push(Mesh { material: index, ..ball() });
+        let place = DVec3::new((index as f64 - 2.0) * 0.55, 0.0, 0.0);
+        let object_to_world = DMat4::from_translation(place) * DMat4::from_scale(DVec3::splat(0.26));
+        row.instances.push(Instance { mesh: index, object_to_world });
+    }
+    row
+}
+
+/// Waves of two widths in every channel, one after the other a little further.
+fn waves() -> Image {
+    let mut rgba8 = Vec::with_capacity((SIDE * SIDE * 4) as usize);
+    for (y, x) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (y, x))) {
+        let (u, v) = (TAU * f64::from(x) / f64::from(SIDE), TAU * f64::from(y) / f64::from(SIDE));
+        for channel in 0..4 {
+            let wave = 0.5 + 0.3 * (u + f64::from(channel)).sin() * v.cos() + 0.15 * (2.0 * v).sin();
+            rgba8.push((wave * 255.0 + 0.5) as u8);
+        }
+    }
+    Image { name: "waves".into(), width: SIDE, height: SIDE, rgba8 }
+}
+
+/// A painted and bent sheet that seems to have a depth of `scale` widths of its map, in the alpha of the waves.
+fn deep(scale: f32) -> Scene {
+    let height = Height { texture: turned(texture(2, TRILINEAR)), channel: 3, scale };
+    let material = Material {
+        base_color_texture: Some(texture(0, TRILINEAR)),
+        normal_texture: Some(texture(1, TRILINEAR)),
+        height: Some(height),
+        ..dielectric()
+    };
+    scene(sheet(1.3), material, vec![image(COLORS, 7), leaning(), waves()])
+}
+
+/// Parallax mapping: on either side, with mirrored coordinates, on the other coordinate set, under a mask.
+pub fn parallax(renderer: &Renderer) -> Result<Vec<Row>> {
+    let alone = |mut scene: Scene| {
+        scene.materials[0].normal_texture = None;
+        scene
+    };
+    let flat = alone(deep(0.0));
+    let two = pair(Scene { meshes: vec![sheet(0.65)], ..alone(deep(0.06)) }, mirrored(sheet(0.65)));
+    let mut back = alone(deep(0.06));
+    back.materials[0].double_sided = true;
+    back.instances[0].object_to_world = tilt() * DMat4::from_rotation_y(PI);
+    let mut other = alone(deep(0.06));
+    other.materials[0].height.iter_mut().for_each(|height| height.texture.uv_set = 1);
+    let mut both = other.clone();
+    both.materials[0].base_color_texture.iter_mut().for_each(|texture| texture.uv_set = 1);
+    let mut masked = alone(deep(0.03));
+    masked.images[0] = holed().images[0].clone();
+    masked.materials[0].alpha = AlphaMode::Mask(0.5);
+    let mut flat_lens = alone(deep(0.06));
+    let (xmag, ymag) = (1.2, 0.9);
+    flat_lens.cameras[0].projection = Projection::Orthographic { xmag, ymag, znear: 0.1, zfar: 10.0 };
+    let cases = [
+        ("parallax of no depth", flat),
+        ("parallax", alone(deep(0.06))),
+        ("parallax under a normal map", deep(0.06)),
+        ("parallax, mirrored coordinates", two),
+        ("parallax, back of a sheet", back),
+        ("parallax, colours on the other set", other),
+        ("parallax on UV set 1", both),
+        ("parallax under a mask", masked),
+        ("parallax, orthographic", flat_lens),
+    ];
+    let case = |(name, scene)| Case { name, scene, shading: Shading::Gltf, ambient: 0.0 };
+    rows(renderer, cases.into_iter().map(case).collect())
+}
+
+/// Materials with shading models of their own: shading against f64 and pictures against rays.
+pub fn material_models(renderer: &Renderer) -> Result<Vec<Row>> {
+    let request = Request { width: SIZE[0], height: SIZE[1], ..crate::checks::forward() };
+    let error = shading_error(renderer, &models(), &request)?;
+    let mut found = vec![Row::at_most("shading of materials' own models against f64", error, SHADING_BOUND)];
+    let case = Case { name: "materials' own models", scene: models(), shading: Shading::Lambert, ambient: 0.5 };
+    found.extend(rows(renderer, vec![case])?);
+    Ok(found)
 }
 
 /// Alpha masks, blending, vertex colours, unlit and double-sided materials.

@@ -75,6 +75,10 @@ pub enum BenchName {
     Path,
     /// Up to a million lights, as many of them in each pixel.
     Million,
+    /// Panes of glass, by what light lists of blended surfaces know of depths.
+    Transparency,
+    /// Each shading model on every material, and all of them side by side.
+    Materials,
     /// What each step takes on this device; stored, so that `--technique auto` chooses by it.
     Profile,
 }

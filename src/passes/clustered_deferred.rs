@@ -48,6 +48,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
+        STORED_MATERIAL: gbuffer.material,
     };
     let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
     let bindings = bindings(scene, inputs, radiance);
@@ -72,6 +73,7 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs, radiance: ImageHandle) -> Vec
         // A texel that nothing reads stands in where clusters have no index.
         cluster_index: sampled(inputs.made.index.unwrap_or(parts.tile_handles.no_bounds)),
         // Either layout: without an index the slice comes from it.
+        materials: ComputeStorageRead(scene.materials),
         gbuffer_depth: sampled(layers.depth),
         gbuffer_base_color: sampled(layers.base_color),
         gbuffer_normals: sampled(layers.normals),

@@ -88,7 +88,7 @@ pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Pa
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
         LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
-        SHADING: constants.shading,
+        SHADING: variant.model,
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,
         UV_SETS: variant.uv_sets,
@@ -96,6 +96,7 @@ pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Pa
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        PERSPECTIVE: plan.view.lens.is_perspective(),
         TILE: tiles.tile,
         LIST_FETCH: list_fetch(clusters),
         // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).

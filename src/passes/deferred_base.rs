@@ -23,6 +23,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, planned: &Gbuffer, scene: &SceneHandl
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
+        materials: FragmentStorageRead(scene.materials),
         gbuffer_depth: sampled(layers.sampled_depth),
         gbuffer_base_color: sampled(layers.base_color),
         gbuffer_normals: sampled(layers.normals),
@@ -62,6 +63,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
+        STORED_MATERIAL: gbuffer.material,
     };
     GraphicsPipeline {
         program: &deferred_base::PROGRAM,

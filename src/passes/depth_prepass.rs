@@ -47,7 +47,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle 
         extent,
         bindings,
         material_bindings: if any_masked { scene.material_bindings.clone() } else { Vec::new() },
-        pipelines: distinct.iter().map(|&v| pipeline(v)).collect(),
+        pipelines: distinct.iter().map(|&v| pipeline(plan, v)).collect(),
         draws,
         vertices: Some(scene.vertices),
         indices: Some(scene.indices),
@@ -58,10 +58,15 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle 
 
 /// What decides whether a masked fragment exists.
 fn alpha_only(variant: Variant) -> Variant {
-    Variant { textures: variant.textures & shared::TEXTURE_BASE_COLOR, unlit: false, ..variant }
+    Variant {
+        textures: variant.textures & (shared::TEXTURE_BASE_COLOR | shared::TEXTURE_HEIGHT),
+        unlit: false,
+        model: 0,
+        ..variant
+    }
 }
 
-fn pipeline(variant: Variant) -> GraphicsPipeline {
+fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
     let depth = Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true });
     let (program, constants) = if variant.masked {
         let spec = depth_prepass_masked::Spec {
@@ -71,7 +76,8 @@ fn pipeline(variant: Variant) -> GraphicsPipeline {
             UV_TRANSFORMS: variant.uv_transforms,
             VERTEX_COLORS: variant.vertex_colors,
             UNLIT: true,
-            MIRRORED_LENS: false,
+            MIRRORED_LENS: plan.view.lens.mirrors(),
+            PERSPECTIVE: plan.view.lens.is_perspective(),
         };
         (&depth_prepass_masked::PROGRAM, spec.values())
     } else {

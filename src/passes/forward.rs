@@ -20,9 +20,7 @@ use crate::graph::{
 use crate::plan::materials::Variant;
 use crate::plan::{Fetch, Plan};
 use crate::scene::lighting::Attenuation;
-use crate::scene::shading::Shading;
 use crate::shaders::shade::forward;
-use crate::shared;
 
 /// What the pass leaves.
 pub struct Io {
@@ -65,14 +63,6 @@ pub(super) fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
     set.list()
 }
 
-fn shading_constant(shading: Shading) -> u32 {
-    match shading {
-        Shading::Lambert => shared::SHADING_LAMBERT,
-        Shading::Phong => shared::SHADING_PHONG,
-        Shading::Gltf => shared::SHADING_GLTF,
-    }
-}
-
 /// Depth state of a pass that shades, after a pre-pass or without one.
 pub fn depth_state(after_prepass: bool) -> DepthState {
     if after_prepass {
@@ -111,7 +101,7 @@ pub struct LightConstants {
     pub seek: bool,
     /// INVERSE_SQUARE.
     pub inverse_square: bool,
-    /// SHADING.
+    /// SHADING of passes that light a G-buffer.
     pub shading: u32,
 }
 
@@ -135,7 +125,7 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
         uniform_texels: if lights.fetch == Fetch::Uniform { lights.texels.len().max(1) as u32 } else { 1 },
         seek: plan.lights.seek,
         inverse_square: plan.lighting.attenuation == Attenuation::PHYSICAL,
-        shading: shading_constant(plan.shading),
+        shading: plan.deferred_shading(),
     }
 }
 
@@ -149,7 +139,7 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
         LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
-        SHADING: constants.shading,
+        SHADING: variant.model,
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,
         UV_SETS: variant.uv_sets,
@@ -157,6 +147,7 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        PERSPECTIVE: plan.view.lens.is_perspective(),
         BLENDED: variant.blended,
         HALF_LAYER: variant.blended && plan.transparency.as_ref().is_some_and(|planned| planned.layer),
         FIRST_PART: part.first,

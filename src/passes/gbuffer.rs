@@ -10,10 +10,10 @@
 //! | layout | image | format | holds |
 //! |---|---|---|---|
 //! | compact | `gbuffer_base_color` | A2B10G10R10_UNORM | square root of the base colour; 1 where a surface is |
-//! | | `gbuffer_normals` | R16G16, A2B10G10R10 or R8G8, UINT | octahedral codes |
+//! | | `gbuffer_normals` | R16G16, A2B10G10R10 or R8G8, UINT; R16G16B16A16 where materials are told apart | octahedral codes; number of the material |
 //! | | `gbuffer_material` | R8G8B8A8_UNORM | roughness in 16 bits, metalness, occlusion |
 //! | | `gbuffer_emission` | R16G16B16A16_SFLOAT | emission, where something emits |
-//! | fat | five | R32G32B32A32_SFLOAT | position and roughness; normal and occlusion; base colour and metalness; specular colour and 1 where a surface is; ambient light and emission |
+//! | fat | five | R32G32B32A32_SFLOAT | position and roughness; normal and occlusion; base colour and metalness; specular colour and 1 plus the number of the material where a surface is; ambient light and emission |
 //!
 //! Codes are UINT at every width, so that they are exact and one shader writes all three.
 
@@ -129,6 +129,8 @@ pub struct GbufferConstants {
     pub normal_bits: u32,
     /// EMISSION.
     pub emission: bool,
+    /// STORED_MATERIAL.
+    pub material: bool,
 }
 
 /// The readers' constants.
@@ -137,7 +139,12 @@ pub fn gbuffer_constants(planned: &Gbuffer) -> GbufferConstants {
         GbufferLayout::Compact => shared::GBUFFER_COMPACT,
         GbufferLayout::Fat => shared::GBUFFER_FAT,
     };
-    GbufferConstants { layout, normal_bits: planned.normal_bits, emission: planned.emission }
+    GbufferConstants {
+        layout,
+        normal_bits: planned.normal_bits,
+        emission: planned.emission,
+        material: planned.material,
+    }
 }
 
 /// Names and formats in attachment order.
@@ -152,6 +159,7 @@ fn attachments(planned: &Gbuffer) -> Vec<(&'static str, vk::Format)> {
         ];
     }
     let normals = match planned.normal_bits {
+        _ if planned.material => vk::Format::R16G16B16A16_UINT,
         8 => vk::Format::R8G8_UINT,
         10 => vk::Format::A2B10G10R10_UINT_PACK32,
         _ => vk::Format::R16G16_UINT,
@@ -236,6 +244,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, variant: Variant, after_prepass: boo
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: false,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        PERSPECTIVE: plan.view.lens.is_perspective(),
         NORMAL_BITS: planned.normal_bits,
     };
     let program = match planned {

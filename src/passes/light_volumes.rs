@@ -57,6 +57,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
+        materials: FragmentStorageRead(scene.materials),
         gbuffer_depth: sampled(layers.sampled_depth),
         gbuffer_base_color: sampled(layers.base_color),
         gbuffer_normals: sampled(layers.normals),
@@ -106,6 +107,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, rectangles: bool) -> GraphicsPipelin
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
+        STORED_MATERIAL: gbuffer.material,
         RECTANGLE: rectangles,
     };
     // Reversed: a back face passes where it is as far as what is stored, or farther.

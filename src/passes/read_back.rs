@@ -14,7 +14,7 @@ fn texel_bytes(format: Format) -> u64 {
         Format::D32_SFLOAT | Format::R32_SFLOAT | Format::R32_UINT => 4,
         Format::R8G8B8A8_UNORM | Format::R16G16_UINT => 4,
         Format::A2B10G10R10_UNORM_PACK32 | Format::A2B10G10R10_UINT_PACK32 => 4,
-        Format::R16G16B16A16_SFLOAT => 8,
+        Format::R16G16B16A16_SFLOAT | Format::R16G16B16A16_UINT => 8,
         // The largest that there is: a buffer is never too small.
         _ => 16,
     }

@@ -8,7 +8,7 @@ use crate::graph::{
     Stream,
 };
 use crate::plan::geometry::{Faces, PlannedDraw};
-use crate::plan::materials::{Map, Variant, level_count};
+use crate::plan::materials::{MAPS, Map, Variant, level_count};
 use crate::plan::{Deferred, GbufferLayout, Plan};
 use crate::scene::{Sampler, Wrap};
 use crate::shaders::shade::forward;
@@ -164,7 +164,7 @@ impl SceneHandles {
     }
 }
 
-fn bindings(maps: &[Option<Map>; 5], textures: &[ImageHandle]) -> Vec<Binding> {
+fn bindings(maps: &[Option<Map>; MAPS], textures: &[ImageHandle]) -> Vec<Binding> {
     let white = textures[textures.len() - 1];
     let of = |map: Option<Map>| match map {
         Some(map) => FragmentSampled(textures[map.texture], sampler_state(map.sampler)),
@@ -176,6 +176,7 @@ fn bindings(maps: &[Option<Map>; 5], textures: &[ImageHandle]) -> Vec<Binding> {
         normal_map: of(maps[2]),
         occlusion_map: of(maps[3]),
         emissive_map: of(maps[4]),
+        height_map: of(maps[5]),
     };
     set.list()
 }

@@ -16,7 +16,7 @@ use crate::plan::materials::Variant;
 use crate::shaders::shade::surface;
 
 /// Names of the layers, in attachment order: position.xyz and roughness, normal.xyz and occlusion, base colour and metalness,
-/// emission and a flag (0 nothing, 1 lit, 2 unlit).
+/// emission and a flag (0 nothing; 1 lit, 2 unlit, and four times the number of the material).
 pub const LAYERS: [&str; 4] = ["position_roughness", "normal_occlusion", "base_metallic", "emissive_flags"];
 
 /// Adds the pass; its layers and depth by name.
@@ -37,7 +37,7 @@ pub fn add(
     };
     let pipelines = distinct.iter().map(|v| GraphicsPipeline {
         program: &surface::PROGRAM,
-        constants: constants(*v, plan.view.lens.mirrors()),
+        constants: constants(plan, *v),
         colors: vec![RADIANCE_FORMAT; LAYERS.len()],
         blend: Blend::Replace,
         depth: Some(depth_state(prepass.is_some())),
@@ -59,7 +59,7 @@ pub fn add(
     [(LAYERS[0], a), (LAYERS[1], b), (LAYERS[2], c), (LAYERS[3], d), ("depth", depth)]
 }
 
-fn constants(variant: Variant, mirrored_lens: bool) -> Vec<(u32, u32)> {
+fn constants(plan: &Plan, variant: Variant) -> Vec<(u32, u32)> {
     let spec = surface::Spec {
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,
@@ -67,7 +67,8 @@ fn constants(variant: Variant, mirrored_lens: bool) -> Vec<(u32, u32)> {
         UV_TRANSFORMS: variant.uv_transforms,
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: variant.unlit,
-        MIRRORED_LENS: mirrored_lens,
+        MIRRORED_LENS: plan.view.lens.mirrors(),
+        PERSPECTIVE: plan.view.lens.is_perspective(),
     };
     spec.values()
 }

@@ -46,6 +46,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         list_offsets_texel: ComputeTexel(inputs.lists.offsets),
         list_lights_storage: ComputeStorageRead(inputs.lists.lights),
         list_lights_texel: ComputeTexel(inputs.lists.lights),
+        materials: ComputeStorageRead(scene.materials),
         gbuffer_depth: sampled(layers.sampled_depth),
         gbuffer_base_color: sampled(layers.base_color),
         gbuffer_normals: sampled(layers.normals),
@@ -75,6 +76,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         GBUFFER: gbuffer.layout,
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
+        STORED_MATERIAL: gbuffer.material,
     };
     let groups = [size[0].div_ceil(8), size[1].div_ceil(8 * pixels), 1];
     graph.add("tiled_deferred", dispatch(&tiled_deferred::PROGRAM, spec.values(), set.list(), groups));

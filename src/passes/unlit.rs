@@ -47,6 +47,7 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
         VERTEX_COLORS: variant.vertex_colors,
         UNLIT: true,
         MIRRORED_LENS: plan.view.lens.mirrors(),
+        PERSPECTIVE: plan.view.lens.is_perspective(),
     };
     GraphicsPipeline {
         program: &unlit::PROGRAM,

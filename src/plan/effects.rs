@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::materials::NORMAL_MAP;
-use super::{DepthBounds, Plan, Request, Technique};
+use super::materials::{HEIGHT_MAP, NORMAL_MAP};
+use super::{DepthBounds, GbufferLayout, Plan, Request, Technique};
 use super::{gbuffer, transparency};
+use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
 
 /// One effect and its decision.
@@ -35,6 +36,8 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
         light_lists(plan),
         clusters(plan),
         normal_maps(plan, scene, on_device),
+        parallax(plan, scene, on_device),
+        material_models(plan, scene),
         alpha_mask(scene),
         transparency::effect(plan, scene),
     ]
@@ -133,6 +136,27 @@ fn normal_maps(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {
     let tangents: usize = scene.meshes.iter().map(|m| m.tangents.len() * 16).sum();
     let why = format!("{count} of {} materials have a normal map", scene.materials.len());
     effect("normal_maps", count > 0 && on_device, why, tangents as u64)
+}
+
+fn parallax(plan: &Plan, scene: &Scene, on_device: bool) -> Effect {
+    let count = plan.materials.variants.iter().filter(|v| v.textures & HEIGHT_MAP != 0).count();
+    let why = format!("{count} of {} materials have a height map", scene.materials.len());
+    effect("parallax", count > 0 && on_device, why, 0)
+}
+
+fn material_models(plan: &Plan, scene: &Scene) -> Effect {
+    let own = |model: Model| scene.materials.iter().filter(|m| m.model.is_some_and(|own| own.model == model)).count();
+    let counts = Model::ALL.map(|model| (model.name(), own(model)));
+    let named: Vec<_> = counts.iter().filter(|c| c.1 > 0).map(|(name, count)| format!("{count} {name}")).collect();
+    let stored = plan.deferred.as_ref().is_some_and(|deferred| deferred.gbuffer.material);
+    let why = match (named.is_empty(), stored) {
+        (true, _) => format!("none of {} materials names a shading model", scene.materials.len()),
+        (false, true) => format!("{}: the G-buffer says which material is seen", named.join(", ")),
+        (false, false) => format!("{}: a pipeline each", named.join(", ")),
+    };
+    let compact = plan.deferred.as_ref().is_some_and(|d| d.gbuffer.layout == GbufferLayout::Compact);
+    let bytes = if stored && compact { plan.pixels() * 4 } else { 0 };
+    effect("material_models", !named.is_empty(), why, bytes)
 }
 
 fn alpha_mask(scene: &Scene) -> Effect {

@@ -21,6 +21,8 @@ pub struct Gbuffer {
     pub normal_bits: u32,
     /// The compact layout has an image of emission.
     pub emission: bool,
+    /// It says which material is seen: beside the normals' codes in the compact layout, in the flag of the fat one.
+    pub material: bool,
 }
 
 impl Gbuffer {
@@ -28,8 +30,15 @@ impl Gbuffer {
     pub fn texel_bytes(&self) -> u64 {
         match self.layout {
             GbufferLayout::Fat => u64::from(FAT_ATTACHMENTS) * 16,
-            // Base colour and material are 4 each.
-            GbufferLayout::Compact => 8 + if self.normal_bits == 8 { 2 } else { 4 } + if self.emission { 8 } else { 0 },
+            GbufferLayout::Compact => {
+                let normals = match (self.material, self.normal_bits) {
+                    (true, _) => 8,
+                    (false, 8) => 2,
+                    (false, _) => 4,
+                };
+                // Base colour and material are 4 each.
+                8 + normals + if self.emission { 8 } else { 0 }
+            }
         }
     }
 
@@ -48,7 +57,16 @@ impl Gbuffer {
             ));
         }
         let emission = compact && brightest > 0.0;
-        Ok(Self { layout: request.gbuffer, normal_bits: request.normal_bits, emission })
+        let material = plan.stores_material();
+        let most = if compact { 1 << 16 } else { 1 << 24 };
+        if material && plan.materials.data.len() > most {
+            return Err(Error::new(format!(
+                "{} materials with models of their own: a {} G-buffer tells {most} apart",
+                plan.materials.data.len(),
+                request.gbuffer.name()
+            )));
+        }
+        Ok(Self { layout: request.gbuffer, normal_bits: request.normal_bits, emission, material })
     }
 }
 
@@ -187,14 +205,20 @@ pub fn depth_terms(view: &View) -> [f32; 2] {
 /// Whether there is a G-buffer, and what it takes.
 pub(super) fn effect(plan: &Plan) -> Effect {
     let planned = plan.deferred.as_ref().map(|d| d.gbuffer);
-    let default = Gbuffer { layout: GbufferLayout::Compact, normal_bits: 16, emission: brightest_emission(plan) > 0.0 };
+    let default = Gbuffer {
+        layout: GbufferLayout::Compact,
+        normal_bits: 16,
+        emission: brightest_emission(plan) > 0.0,
+        material: plan.stores_material(),
+    };
     let bytes = planned.unwrap_or(default).texel_bytes();
     let why = match planned {
         None => format!("{} needs none", plan.technique.name()),
         Some(Gbuffer { layout: GbufferLayout::Fat, .. }) => format!("fat, {bytes} bytes a pixel: all in 32-bit floats"),
-        Some(Gbuffer { normal_bits, emission, .. }) => {
+        Some(Gbuffer { normal_bits, emission, material, .. }) => {
             let emission = if emission { ", with emission" } else { ", nothing emits" };
-            format!("compact, {bytes} bytes a pixel: normals in 2 x {normal_bits} bits{emission}")
+            let material = if material { ", which material is seen" } else { "" };
+            format!("compact, {bytes} bytes a pixel: normals in 2 x {normal_bits} bits{material}{emission}")
         }
     };
     Effect { name: "gbuffer", runs: planned.is_some(), why, bytes: bytes * plan.pixels() }
@@ -269,8 +293,9 @@ mod tests {
 
     #[test]
     fn bytes_go_with_normals_and_emission() {
-        let bytes =
-            |normal_bits, emission| Gbuffer { layout: GbufferLayout::Compact, normal_bits, emission }.texel_bytes();
+        let bytes = |normal_bits, emission| {
+            Gbuffer { layout: GbufferLayout::Compact, normal_bits, emission, material: false }.texel_bytes()
+        };
         assert_eq!([bytes(8, false), bytes(10, false), bytes(16, false), bytes(16, true)], [10, 12, 12, 20]);
         let planned = plan(&deferred(), &Limits::MINIMUM).expect("a plan").deferred.expect("deferred");
         // The lamp of the room emits.

@@ -2,6 +2,7 @@
 
 use super::Limits;
 use crate::error::{Error, Result};
+use crate::scene::shading::{Model, OwnModel, Shading};
 use crate::scene::{AlphaMode, IDENTITY_UV, Material, Sampler, Scene, Texture};
 use crate::shared::{self, MaterialData};
 
@@ -40,6 +41,8 @@ pub struct Variant {
     pub uv_transforms: bool,
     /// The mesh has vertex colours; decided with the mesh.
     pub vertex_colors: bool,
+    /// Value of SHADING.
+    pub model: u32,
 }
 
 /// All materials of a scene.
@@ -48,7 +51,7 @@ pub struct Materials {
     /// By material.
     pub data: Vec<MaterialData>,
     /// Maps by material, in the order of the `TEXTURE_*` bits.
-    pub maps: Vec<[Option<Map>; 5]>,
+    pub maps: Vec<[Option<Map>; MAPS]>,
     /// By material.
     pub variants: Vec<Variant>,
     /// By material.
@@ -57,16 +60,31 @@ pub struct Materials {
     pub textures: Vec<(TextureKey, [u32; 2], bool)>,
 }
 
-/// Maps that hold colours are decoded from sRGB.
-const SRGB: [bool; 5] = [true, false, false, false, true];
+/// Maps that a material may have.
+pub const MAPS: usize = 6;
 
-fn maps_of(material: &Material) -> [Option<&Texture>; 5] {
+/// Maps that hold colours are decoded from sRGB.
+const SRGB: [bool; MAPS] = [true, false, false, false, true, false];
+
+/// Value of SHADING for one model.
+pub fn shading_constant(model: Model) -> u32 {
+    match model {
+        Model::Lambert => shared::SHADING_LAMBERT,
+        Model::Phong => shared::SHADING_PHONG,
+        Model::Gltf => shared::SHADING_GLTF,
+        Model::CarPaint => shared::SHADING_CAR_PAINT,
+        Model::Rim => shared::SHADING_RIM,
+    }
+}
+
+fn maps_of(material: &Material) -> [Option<&Texture>; MAPS] {
     [
         material.base_color_texture.as_ref(),
         material.metallic_roughness_texture.as_ref(),
         material.normal_texture.as_ref(),
         material.occlusion_texture.as_ref(),
         material.emissive_texture.as_ref(),
+        material.height.as_ref().map(|height| &height.texture),
     ]
 }
 
@@ -76,23 +94,24 @@ pub fn level_count(size: [u32; 2]) -> u32 {
 }
 
 impl Materials {
-    /// Collects materials and textures.
+    /// Collects materials and textures; those that name no model have `shading`.
     ///
     /// # Errors
     /// An image larger than the device's largest, named.
-    pub fn new(scene: &Scene, limits: &Limits) -> Result<Self> {
+    pub fn new(scene: &Scene, shading: Shading, limits: &Limits) -> Result<Self> {
         let mut materials = Self::default();
         for material in &scene.materials {
-            materials.add(scene, material, limits)?;
+            materials.add(scene, material, shading, limits)?;
         }
         Ok(materials)
     }
 
-    fn add(&mut self, scene: &Scene, material: &Material, limits: &Limits) -> Result<()> {
+    fn add(&mut self, scene: &Scene, material: &Material, shading: Shading, limits: &Limits) -> Result<()> {
         let wanted = maps_of(material);
-        let mut maps = [None; 5];
+        let mut maps = [None; MAPS];
         let (mut bits, mut uv_sets) = (0, 0);
-        let mut rows = [IDENTITY_UV; 5];
+        let mut rows = [IDENTITY_UV; MAPS];
+        let own = material.model.unwrap_or(OwnModel::of(shading.into()));
         for (index, texture) in wanted.iter().enumerate() {
             let Some(texture) = texture else { continue };
             let key = TextureKey { image: texture.image, srgb: SRGB[index] };
@@ -121,6 +140,13 @@ impl Materials {
             uv_occlusion_v: rows[3][1],
             uv_emissive_u: rows[4][0],
             uv_emissive_v: rows[4][1],
+            uv_height_u: rows[5][0],
+            uv_height_v: rows[5][1],
+            height_scale: material.height.as_ref().map_or(0.0, |height| height.scale),
+            height_channel: material.height.as_ref().map_or(0, |height| height.channel as u32),
+            model: shading_constant(own.model),
+            model_color: own.color,
+            model_exponent: own.exponent,
         });
         self.maps.push(maps);
         self.variants.push(Variant {
@@ -131,6 +157,7 @@ impl Materials {
             uv_sets,
             uv_transforms: rows.iter().any(|r| *r != IDENTITY_UV),
             vertex_colors: false,
+            model: shading_constant(own.model),
         });
         self.double_sided.push(material.double_sided);
         Ok(())
@@ -166,3 +193,5 @@ impl Materials {
 
 /// Bit of the normal map.
 pub const NORMAL_MAP: u32 = shared::TEXTURE_NORMAL;
+/// Bit of the height map.
+pub const HEIGHT_MAP: u32 = shared::TEXTURE_HEIGHT;

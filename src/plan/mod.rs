@@ -26,7 +26,8 @@ use crate::scene::Scene;
 use crate::scene::lighting::Lighting;
 use crate::scene::shading::Shading;
 use crate::scene::view::View;
-use crate::shared::LightMarker;
+use crate::shared::{self, LightMarker};
+use std::collections::BTreeSet;
 
 pub use clusters::Clusters;
 pub use debug_view::DebugView;
@@ -134,7 +135,7 @@ impl Plan {
         note_lighting(&lighting, &mut notes);
         let technique = request.technique;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
-        let materials = materials::Materials::new(scene, limits)?;
+        let materials = materials::Materials::new(scene, request.shading, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         let clustered = technique.clusters();
@@ -181,6 +182,23 @@ impl Plan {
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
         plan.effects = effects::decide(&plan, scene, request);
         Ok(plan)
+    }
+
+    /// Value of SHADING for passes that light a G-buffer: the one model of all lit opaque surfaces, or that each has its own.
+    pub fn deferred_shading(&self) -> u32 {
+        let lit = self.geometry.draws.iter().filter(|draw| !draw.variant.unlit).map(|draw| draw.variant.model);
+        let models: BTreeSet<u32> = lit.collect();
+        match (models.len(), models.first()) {
+            (0, _) | (_, None) => materials::shading_constant(self.shading.into()),
+            (1, Some(&model)) => model,
+            _ => shared::SHADING_MIXED,
+        }
+    }
+
+    /// Lit opaque surfaces differ in model, or have one with numbers of its own: a G-buffer has to say which material is seen.
+    pub fn stores_material(&self) -> bool {
+        let one = [shared::SHADING_LAMBERT, shared::SHADING_PHONG, shared::SHADING_GLTF];
+        !one.contains(&self.deferred_shading())
     }
 
     /// Surfaces are stored instead of lit: a debug view of them is wanted.

@@ -147,7 +147,7 @@ impl<'a> Reference<'a> {
 
     fn hit(&self, pixel: [u32; 2], ray: &Ray, crossing: &Crossing) -> Hit {
         let position = ray.origin + ray.direction * crossing.t;
-        let surface = self.fragment(pixel, crossing).surface(position, self.face(ray.direction, crossing.triangle));
+        let surface = self.fragment(pixel, ray.direction, crossing).surface(position);
         let instance = self.owners[crossing.triangle as usize].instance;
         Hit { surface, triangle: crossing.triangle, instance, depth: crossing.t }
     }
@@ -217,7 +217,7 @@ impl<'a> Reference<'a> {
             return false;
         }
         match material.alpha {
-            AlphaMode::Mask(cutoff) => self.fragment(pixel, crossing).base().w >= f64::from(cutoff),
+            AlphaMode::Mask(cutoff) => self.fragment(pixel, direction, crossing).base().w >= f64::from(cutoff),
             AlphaMode::Opaque | AlphaMode::Blend => true,
         }
     }
@@ -227,7 +227,7 @@ impl<'a> Reference<'a> {
         Face::new(self.bvh.corners(triangle), self.placements[instance].mirrored, direction)
     }
 
-    fn fragment(&self, pixel: [u32; 2], crossing: &Crossing) -> Fragment<'_> {
+    fn fragment(&self, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> Fragment<'_> {
         let Owner { instance, triangle, .. } = self.owners[crossing.triangle as usize];
         let mesh = &self.scene.meshes[self.scene.instances[instance as usize].mesh];
         let first = triangle as usize * 3;
@@ -238,6 +238,8 @@ impl<'a> Reference<'a> {
             textures: &self.textures,
             vertices: [0, 1, 2].map(|k| mesh.indices[first + k] as usize),
             weights: self.weights(pixel, crossing),
+            face: self.face(direction, crossing.triangle),
+            to_viewer: if self.view.lens.is_perspective() { -direction.normalize() } else { DVec3::Z },
         }
     }
 

@@ -7,6 +7,10 @@
 //!   metalness and s = clamp(2 / roughness^4 - 2, 1, 1024).
 //! - glTF 2.0, appendix B: (1 - F) * base * (1 - metallic) / pi + F * D * V with Schlick's F, the D of Trowbridge and
 //!   Reitz and Smith's separable V.
+//! - Car paint: glTF, with the base colour mixed from a second one by |n . v|^e.
+//! - Rim: glTF, and a second colour times (1 - |n . v|)^e.
+//!
+//! A material that names a model has that one, whatever the picture has.
 //!
 //! Lights are added in light-id order, then `ambient * occlusion * base` and the emission. A surface without lighting
 //! is its base colour and nothing else.
@@ -18,7 +22,7 @@ use glam::DVec3;
 use super::surface::{MIN_ROUGHNESS, Surface};
 use crate::scene::LightKind;
 use crate::scene::lighting::{Attenuation, Lighting, ResolvedLight};
-use crate::scene::shading::Shading;
+use crate::scene::shading::{Model, OwnModel, Shading};
 use crate::scene::view::View;
 
 /// Least squared distance to a light, in square metres.
@@ -106,38 +110,52 @@ impl<'a> Shader<'a> {
 
 /// A surface seen from one direction: what does not depend on the light.
 struct Response {
-    shading: Shading,
+    model: Model,
     normal: DVec3,
     to_viewer: DVec3,
     base: DVec3,
     metallic: f64,
     f0: DVec3,
     roughness: f64,
+    rim: DVec3,
 }
 
 impl Response {
     fn new(surface: &Surface, to_viewer: DVec3, shading: Shading) -> Self {
+        let own = surface.model.unwrap_or(OwnModel::of(shading.into()));
+        let color = DVec3::from_array(own.color.map(f64::from));
+        let facing = surface.normal.dot(to_viewer).abs().min(1.0);
+        let base = match own.model {
+            Model::CarPaint => color.lerp(surface.base_color, facing.powf(f64::from(own.exponent))),
+            _ => surface.base_color,
+        };
+        let rim = match own.model {
+            Model::Rim => color * (1.0 - facing).powf(f64::from(own.exponent)),
+            _ => DVec3::ZERO,
+        };
         Self {
-            shading,
+            model: own.model,
             normal: surface.normal,
             to_viewer,
-            base: surface.base_color,
+            base,
             metallic: surface.metallic,
-            f0: DVec3::splat(DIELECTRIC_F0).lerp(surface.base_color, surface.metallic),
+            f0: DVec3::splat(DIELECTRIC_F0).lerp(base, surface.metallic),
             roughness: surface.roughness.clamp(MIN_ROUGHNESS, 1.0),
+            rim,
         }
     }
 
     /// Reflected radiance for an irradiance of 1 from direction `l`, where `nl` is `n . l`, positive.
     fn to(&self, l: DVec3, nl: f64) -> DVec3 {
         let half = (l + self.to_viewer).normalize_or_zero();
-        match self.shading {
-            Shading::Lambert => self.base / PI,
-            Shading::Phong => {
+        match self.model {
+            Model::Lambert => self.base / PI,
+            Model::Phong => {
                 let exponent = (2.0 / self.roughness.powi(4) - 2.0).clamp(1.0, 1024.0);
                 self.base + self.f0 * self.normal.dot(half).max(0.0).powf(exponent)
             }
-            Shading::Gltf => self.gltf(half, nl),
+            Model::Gltf | Model::CarPaint => self.gltf(half, nl),
+            Model::Rim => self.gltf(half, nl) + self.rim,
         }
     }
 
@@ -196,6 +214,7 @@ mod tests {
             occlusion: 1.0,
             emissive: DVec3::ZERO,
             unlit: false,
+            model: None,
         }
     }
 
@@ -228,6 +247,25 @@ mod tests {
     }
 
     const GLTF_60: f64 = 0.05880336582262311;
+
+    #[test]
+    fn materials_own_models_equal_hand_computed_values() {
+        let own = |model, exponent| Some(OwnModel { model, color: [0.25, 0.5, 1.0], exponent });
+        let with = |model, exponent| Surface { model: own(model, exponent), ..surface(0.0, 1.0) };
+        near(under(0.0, &with(Model::Lambert, 1.0), Shading::Gltf), LUX * 0.5 / PI);
+        near(under(0.0, &with(Model::Phong, 1.0), Shading::Lambert), LUX * 0.54);
+        // Head on paint has its first colour and a rim is dark.
+        let plain = under(0.0, &surface(0.0, 1.0), Shading::Gltf);
+        near(under(0.0, &with(Model::CarPaint, 2.0), Shading::Lambert), plain);
+        near(under(0.0, &with(Model::Rim, 2.0), Shading::Lambert), plain);
+        // Tilted by 60 degrees and lit along the normal: |n . v| is 0.5.
+        let tilt = DVec3::new((PI / 3.0).sin(), 0.0, 0.5);
+        let lit = |at: Surface| under(PI / 3.0, &Surface { normal: tilt, ..at }, Shading::Lambert);
+        let shared = |base: DVec3| lit(Surface { base_color: base, ..with(Model::Gltf, 1.0) });
+        let second = DVec3::new(0.25, 0.5, 1.0);
+        near(lit(with(Model::CarPaint, 2.0)), shared(second * 0.75 + DVec3::splat(0.5) * 0.25));
+        near(lit(with(Model::Rim, 2.0)), shared(DVec3::splat(0.5)) + LUX * second * 0.25);
+    }
 
     #[test]
     fn nothing_comes_from_behind() {

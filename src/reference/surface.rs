@@ -6,13 +6,18 @@
 //! - The tangent is made orthogonal to that normal; where nothing remains (1e-12 of its squared length), or the mesh
 //!   has no tangents, the normal map is ignored. The bitangent is `w * cross(n, t)`, times -1 in a mirrored instance,
 //!   because a mirror turns a cross product round.
+//! - Parallax mapping (T. Welsh, "Parallax Mapping with Offset Limiting", 2004) shifts the coordinates of the height map's set by the
+//!   part of the view direction along the surface times a depth, which [`crate::shared::PARALLAX_STEPS`] steps find; not where
+//!   there is no tangent frame, or where the interpolated normal points away from the viewer.
 //! - On a back face the mapped normal is reversed whole (glTF 2.0, section 3.9.6): tangent, bitangent and map are those of
 //!   the front face.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 use super::texture::{Encoding, Footprint, Textures};
+use crate::scene::shading::OwnModel;
 use crate::scene::{Material, Mesh, Texture};
+use crate::shared::{PARALLAX_STEP, PARALLAX_STEPS};
 
 /// Least perceptual roughness: below it a highlight is narrower than a pixel ever shows.
 pub const MIN_ROUGHNESS: f64 = crate::shared::MIN_ROUGHNESS as f64;
@@ -41,6 +46,8 @@ pub struct Surface {
     pub emissive: DVec3,
     /// The base colour is the picture.
     pub unlit: bool,
+    /// The material's own shading model.
+    pub model: Option<OwnModel>,
 }
 
 /// An instance's transforms into view space.
@@ -113,26 +120,35 @@ pub struct Fragment<'a> {
     pub vertices: [usize; 3],
     /// Where on the triangle.
     pub weights: Weights,
+    /// Which side is seen.
+    pub face: Face,
+    /// Unit direction to the viewer, view space.
+    pub to_viewer: DVec3,
 }
 
 impl Fragment<'_> {
     /// Base colour and alpha: factor times texture times vertex colour.
     pub fn base(&self) -> DVec4 {
+        self.base_at(self.parallax_shift())
+    }
+
+    fn base_at(&self, shift: DVec2) -> DVec4 {
         let factor = DVec4::from_array(self.material.base_color.map(f64::from));
         let color = if self.mesh.colors.is_empty() { DVec4::ONE } else { self.blend(&self.mesh.colors).into() };
-        factor * self.texel(self.material.base_color_texture.as_ref(), Encoding::Srgb) * color
+        factor * self.texel(self.material.base_color_texture.as_ref(), Encoding::Srgb, shift) * color
     }
 
     /// Evaluates the material.
-    pub fn surface(&self, position: DVec3, face: Face) -> Surface {
+    pub fn surface(&self, position: DVec3) -> Surface {
         let material = self.material;
-        let base = self.base();
-        let rough_metal = self.texel(material.metallic_roughness_texture.as_ref(), Encoding::Linear);
-        let occlusion = self.texel(material.occlusion_texture.as_ref(), Encoding::Linear).x;
-        let emissive = self.texel(material.emissive_texture.as_ref(), Encoding::Srgb).truncate();
+        let shift = self.parallax_shift();
+        let base = self.base_at(shift);
+        let rough_metal = self.texel(material.metallic_roughness_texture.as_ref(), Encoding::Linear, shift);
+        let occlusion = self.texel(material.occlusion_texture.as_ref(), Encoding::Linear, shift).x;
+        let emissive = self.texel(material.emissive_texture.as_ref(), Encoding::Srgb, shift).truncate();
         Surface {
             position,
-            normal: self.normal(face),
+            normal: self.normal(shift),
             base_color: base.truncate(),
             alpha: base.w,
             metallic: (f64::from(material.metallic) * rough_metal.z).clamp(0.0, 1.0),
@@ -140,20 +156,25 @@ impl Fragment<'_> {
             occlusion: 1.0 + f64::from(material.occlusion_strength) * (occlusion - 1.0),
             emissive: DVec3::from_array(material.emissive.map(f64::from)) * emissive,
             unlit: material.unlit,
+            model: material.model,
         }
     }
 
-    fn normal(&self, face: Face) -> DVec3 {
+    /// Interpolated, of the front.
+    fn front_normal(&self) -> DVec3 {
         let interpolated = self.placement.normal_to_view * DVec3::from_array(self.blend(&self.mesh.normals));
-        let front = if interpolated.length_squared() < ABSENT { face.front } else { interpolated.normalize() };
-        let mapped = self.mapped_normal(front).unwrap_or(front);
-        // glTF 2.0, section 3.9.6 (double sided): a back face reverses its normal before lighting.
-        if face.back { -mapped } else { mapped }
+        if interpolated.length_squared() < ABSENT { self.face.front } else { interpolated.normalize() }
     }
 
-    /// The normal map's normal, or `None` where there is no map or no tangent frame.
-    fn mapped_normal(&self, front: DVec3) -> Option<DVec3> {
-        let texture = self.material.normal_texture.as_ref()?;
+    fn normal(&self, shift: DVec2) -> DVec3 {
+        let front = self.front_normal();
+        let mapped = self.mapped_normal(front, shift).unwrap_or(front);
+        // glTF 2.0, section 3.9.6 (double sided): a back face reverses its normal before lighting.
+        if self.face.back { -mapped } else { mapped }
+    }
+
+    /// Tangent and bitangent; `None` where the mesh has none or nothing is left beside the normal.
+    fn frame(&self, front: DVec3) -> Option<[DVec3; 2]> {
         if self.mesh.tangents.is_empty() {
             return None;
         }
@@ -165,13 +186,39 @@ impl Fragment<'_> {
         }
         let tangent = tangent.normalize();
         let sign = if self.placement.mirrored { -w } else { w };
-        let bitangent = front.cross(tangent) * sign;
+        Some([tangent, front.cross(tangent) * sign])
+    }
+
+    /// The normal map's normal, or `None` where there is no map or no tangent frame.
+    fn mapped_normal(&self, front: DVec3, shift: DVec2) -> Option<DVec3> {
+        let texture = self.material.normal_texture.as_ref()?;
+        let [tangent, bitangent] = self.frame(front)?;
         let scale = f64::from(self.material.normal_scale);
-        let map = (self.texel(Some(texture), Encoding::Linear).truncate() * 2.0 - 1.0) * DVec3::new(scale, scale, 1.0);
+        let texel = self.texel(Some(texture), Encoding::Linear, shift).truncate();
+        let map = (texel * 2.0 - 1.0) * DVec3::new(scale, scale, 1.0);
         (tangent * map.x + bitangent * map.y + front * map.z).try_normalize()
     }
 
-    fn texel(&self, texture: Option<&Texture>, encoding: Encoding) -> DVec4 {
+    /// What parallax mapping adds to the coordinates of the height map's set.
+    fn parallax_shift(&self) -> DVec2 {
+        let Some(height) = &self.material.height else { return DVec2::ZERO };
+        let front = self.front_normal();
+        let seen = if self.face.back { -front } else { front };
+        let Some([tangent, bitangent]) = self.frame(front).filter(|_| self.to_viewer.dot(seen) > 0.0) else {
+            return DVec2::ZERO;
+        };
+        // v points down the picture, the bitangent up.
+        let across = DVec2::new(-self.to_viewer.dot(tangent), self.to_viewer.dot(bitangent));
+        let mut depth = 0.0;
+        for _ in 0..PARALLAX_STEPS {
+            let texel = self.texel(Some(&height.texture), Encoding::Linear, across * depth);
+            let target = (1.0 - texel[height.channel]) * f64::from(height.scale);
+            depth += (target - depth) * f64::from(PARALLAX_STEP);
+        }
+        across * depth
+    }
+
+    fn texel(&self, texture: Option<&Texture>, encoding: Encoding, shift: DVec2) -> DVec4 {
         let Some(texture) = texture else {
             return DVec4::ONE;
         };
@@ -179,9 +226,11 @@ impl Fragment<'_> {
             Some(uvs) if !uvs.is_empty() => self.vertices.map(|v| DVec2::from_array(uvs[v].map(f64::from))),
             _ => [DVec2::ZERO; 3],
         };
+        let shifted = self.material.height.as_ref().is_some_and(|height| height.texture.uv_set == texture.uv_set);
         let blend = |w: DVec3| corners[0] * w.x + corners[1] * w.y + corners[2] * w.z;
         let Weights { at, dx, dy } = self.weights;
-        self.textures.sample(texture, encoding, &Footprint { uv: blend(at), dx: blend(dx), dy: blend(dy) })
+        let uv = blend(at) + if shifted { shift } else { DVec2::ZERO };
+        self.textures.sample(texture, encoding, &Footprint { uv, dx: blend(dx), dy: blend(dy) })
     }
 
     fn blend<const N: usize>(&self, values: &[[f32; N]]) -> [f64; N] {
@@ -222,8 +271,10 @@ mod tests {
             textures: &textures,
             vertices: [0, 1, 2],
             weights: Weights { at, dx: DVec3::ZERO, dy: DVec3::ZERO },
+            face,
+            to_viewer: DVec3::Z,
         };
-        fragment.surface(DVec3::ZERO, face).normal
+        fragment.surface(DVec3::ZERO).normal
     }
 
     fn placed(object_to_world: DMat4) -> Placement {
@@ -322,8 +373,10 @@ mod tests {
             textures: &textures,
             vertices: [0, 1, 2],
             weights: Weights { at, dx: DVec3::ZERO, dy: DVec3::ZERO },
+            face: SEEN,
+            to_viewer: DVec3::Z,
         };
-        let surface = fragment.surface(DVec3::NEG_Z, SEEN);
+        let surface = fragment.surface(DVec3::NEG_Z);
         assert_eq!((surface.base_color, surface.alpha), (DVec3::new(0.375, 0.25, 0.5), 0.75));
         assert!((surface.metallic - 0.2).abs() < 1e-15 && (surface.roughness - 0.1).abs() < 1e-15);
         assert!((surface.occlusion - 0.75).abs() < 1e-15);

@@ -126,6 +126,7 @@ fn used(material: &Material) -> impl Iterator<Item = (&Texture, Encoding)> {
     ]
     .into_iter()
     .filter_map(|(texture, encoding)| Some((texture.as_ref()?, encoding)))
+    .chain(material.height.as_ref().map(|height| (&height.texture, Encoding::Linear)))
 }
 
 /// Level of detail from the derivatives in texels; 0 where they are all 0 or not numbers.

@@ -96,6 +96,17 @@ fn material(hash: &mut Fnv, material: &Material) {
     hash.floats(&[cutoff]);
     hash.flag(material.double_sided);
     hash.flag(material.unlit);
+    // Absent ones leave no trace, so that files without them keep their number.
+    if let Some(own) = &material.model {
+        hash.bytes(own.model.name().as_bytes());
+        hash.floats(&own.color);
+        hash.floats(&[own.exponent]);
+    }
+    if let Some(height) = &material.height {
+        texture(hash, &Some(height.texture.clone()));
+        hash.count(height.channel);
+        hash.floats(&[height.scale]);
+    }
 }
 
 fn texture(hash: &mut Fnv, texture: &Option<Texture>) {

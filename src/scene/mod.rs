@@ -6,6 +6,7 @@
 use glam::{DMat4, DVec3};
 
 use crate::error::Result;
+use shading::OwnModel;
 
 /// Everything that can be drawn, free of Vulkan. A [`validate`](Scene::validate)d scene has no dangling index and no NaN.
 #[derive(Debug, Clone, Default)]
@@ -91,6 +92,21 @@ pub struct Material {
     pub double_sided: bool,
     /// `KHR_materials_unlit`: the base colour is the picture.
     pub unlit: bool,
+    /// `extras.lampyris.model`; `None`: the picture's.
+    pub model: Option<OwnModel>,
+    /// `extras.lampyris.heightTexture`: what lies below the surface is seen at an angle (parallax mapping).
+    pub height: Option<Height>,
+}
+
+/// How deep a surface seems to be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Height {
+    /// Linear: 1 is the surface, 0 the deepest point.
+    pub texture: Texture,
+    /// Its channel, 0 to 3 for red, green, blue and alpha.
+    pub channel: usize,
+    /// Depth of 0, in widths of the texture; not negative.
+    pub scale: f32,
 }
 
 /// glTF's `alphaMode`.
@@ -265,6 +281,8 @@ impl Default for Material {
             alpha: AlphaMode::Opaque,
             double_sided: false,
             unlit: false,
+            model: None,
+            height: None,
         }
     }
 }

@@ -63,6 +63,9 @@ fn check_numbers(name: &str, numbers: &[f32], least: f32, most: f32) -> Result<(
     }
 }
 
+/// Largest exponent of a material's model: beyond it a rim is narrower than a pixel ever shows.
+const MOST_EXPONENT: f32 = 1024.0;
+
 fn check_material(material: &Material, image_count: usize) -> Result<()> {
     check_numbers("base_color", &material.base_color, 0.0, f32::MAX)?;
     check_numbers("emissive", &material.emissive, 0.0, f32::MAX)?;
@@ -70,6 +73,16 @@ fn check_material(material: &Material, image_count: usize) -> Result<()> {
     check_numbers("roughness", &[material.roughness], 0.0, 1.0)?;
     check_numbers("occlusion_strength", &[material.occlusion_strength], 0.0, 1.0)?;
     check_numbers("normal_scale", &[material.normal_scale], f32::MIN, f32::MAX)?;
+    if let Some(own) = &material.model {
+        check_numbers("model color", &own.color, 0.0, f32::MAX)?;
+        check_numbers("model exponent", &[own.exponent], f32::MIN_POSITIVE, MOST_EXPONENT)?;
+    }
+    if let Some(height) = &material.height {
+        check_numbers("height scale", &[height.scale], 0.0, 1.0)?;
+        if height.channel > 3 {
+            return wrong(format!("height channel is {}, there are 4", height.channel));
+        }
+    }
     if let AlphaMode::Mask(cutoff) = material.alpha {
         check_numbers("alpha cut-off", &[cutoff], 0.0, f32::MAX)?;
     }
@@ -96,6 +109,7 @@ pub(super) fn textures(material: &Material) -> impl Iterator<Item = (&'static st
     ]
     .into_iter()
     .filter_map(|(name, texture)| texture.as_ref().map(|texture| (name, texture)))
+    .chain(material.height.as_ref().map(|height| ("height_texture", &height.texture)))
 }
 
 fn check_mesh(mesh: &Mesh, materials: &[Material]) -> Result<()> {
@@ -135,8 +149,11 @@ fn check_mesh(mesh: &Mesh, materials: &[Material]) -> Result<()> {
             return wrong(format!("{name} reads uvs[{}], which the mesh has not", texture.uv_set));
         }
     }
-    if material.normal_texture.is_some() && mesh.tangents.is_empty() && count > 0 {
-        return wrong("the material has a normal map, but the mesh has no tangents".into());
+    if mesh.tangents.is_empty() && count > 0 {
+        let named = [(material.normal_texture.is_some(), "a normal map"), (material.height.is_some(), "a height map")];
+        if let Some((_, what)) = named.iter().find(|named| named.0) {
+            return wrong(format!("the material has {what}, but the mesh has no tangents"));
+        }
     }
     Ok(())
 }

@@ -152,8 +152,10 @@ impl Cell {
 /// Which of [`STAGES`] a pass belongs to. What is not named here shades.
 fn stage_of(pass: &str) -> usize {
     const GEOMETRY: [&str; 2] = ["depth_prepass", "gbuffer"];
-    const LISTS: [&str; 8] = ["tile_", "bin_", "block_", "entry_", "cluster_", "light_", "list_", "fill_"];
+    const LISTS: [&str; 9] = ["tile_", "bin_", "block_", "entry_", "cluster_", "flag_", "light_", "list_", "fill_"];
+    let pass = pass.strip_prefix("transparent_").unwrap_or(pass);
     match pass {
+        "depth" => 0,
         pass if GEOMETRY.iter().any(|prefix| pass.starts_with(prefix)) => 0,
         "depth_reduce" => 1,
         "light_volumes" | "light_markers" => 3,

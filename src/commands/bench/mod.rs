@@ -4,6 +4,7 @@ mod ceiling;
 mod cell;
 mod keys;
 mod lights;
+mod materials;
 mod million;
 mod output;
 mod path;
@@ -13,6 +14,7 @@ mod resolution;
 mod run;
 mod sweep;
 mod tiles;
+mod transparency;
 mod views;
 
 use std::path::Path;
@@ -39,15 +41,17 @@ struct Experiment {
     run: fn(&Runner) -> Result<Outcome>,
 }
 
-const EXPERIMENTS: [Experiment; 8] = [
+const EXPERIMENTS: [Experiment; 10] = [
     Experiment { name: BenchName::Ceiling, share: 0.02, run: ceiling::run },
-    Experiment { name: BenchName::Lights, share: 0.34, run: lights::run },
+    Experiment { name: BenchName::Lights, share: 0.30, run: lights::run },
     Experiment { name: BenchName::Prepass, share: 0.05, run: prepass::run },
-    Experiment { name: BenchName::Tiles, share: 0.12, run: tiles::run },
-    Experiment { name: BenchName::Resolution, share: 0.13, run: resolution::run },
+    Experiment { name: BenchName::Tiles, share: 0.10, run: tiles::run },
+    Experiment { name: BenchName::Resolution, share: 0.11, run: resolution::run },
     Experiment { name: BenchName::Views, share: 0.09, run: views::run },
     Experiment { name: BenchName::Path, share: 0.13, run: path::run },
-    Experiment { name: BenchName::Million, share: 0.12, run: million::run },
+    Experiment { name: BenchName::Million, share: 0.10, run: million::run },
+    Experiment { name: BenchName::Transparency, share: 0.05, run: transparency::run },
+    Experiment { name: BenchName::Materials, share: 0.05, run: materials::run },
 ];
 
 /// Runs the experiment, or all of them.

@@ -111,6 +111,14 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// The member called `lampyris` of `extras`, which of other programs may be anything.
+    pub(super) fn own_extras(self) -> Result<Option<Self>> {
+        match self.get("extras")? {
+            Some(extras) if extras.node.is_object() => extras.get("lampyris"),
+            _ => Ok(None),
+        }
+    }
+
     /// Elements of an array.
     pub(super) fn elements(self) -> Result<impl ExactSizeIterator<Item = Self> + use<'a>> {
         let list = self.node.as_array().ok_or_else(|| self.error("is not an array"))?;

@@ -4,10 +4,11 @@
 use ::gltf::json::texture as codes;
 
 use super::Loader;
-use super::json::Value;
+use super::json::{Value, shorten};
 use super::notes::Note;
 use crate::error::Result;
-use crate::scene::{AlphaMode, IDENTITY_UV, Material, Sampler, Texture, Wrap};
+use crate::scene::shading::{Model, OwnModel};
+use crate::scene::{AlphaMode, Height, IDENTITY_UV, Material, Sampler, Texture, Wrap};
 
 /// What a primitive asks for: its material's number, and whether the normal map can be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,7 +29,7 @@ impl<'a> Loader<'a> {
         let material = match key.index {
             _ if !key.normal_map => {
                 let whole = self.material(MaterialKey { normal_map: true, ..key })?;
-                Material { normal_texture: None, ..self.scene.materials[whole].clone() }
+                Material { normal_texture: None, height: None, ..self.scene.materials[whole].clone() }
             }
             Some(index) => self.read_material(index)?,
             None => Material { name: "default".into(), ..Material::default() },
@@ -61,7 +62,36 @@ impl<'a> Loader<'a> {
         material.alpha = self.alpha_mode(value)?;
         material.double_sided = value.get("doubleSided")?.map_or(Ok(false), Value::boolean)?;
         material.unlit = value.extension("KHR_materials_unlit")?.is_some();
+        self.read_extras(value, &mut material)?;
         Ok(material)
+    }
+
+    /// `extras.lampyris`: `model` with `color` and `exponent`, and `heightTexture`, a textureInfo with `channel` and `scale`. `extras` of other
+    /// programs may be anything.
+    fn read_extras(&mut self, material: Value<'a>, read: &mut Material) -> Result<()> {
+        let Some(own) = material.own_extras()? else { return Ok(()) };
+        if let Some(name) = own.get("model")? {
+            let text = name.text()?;
+            let model = Model::ALL.into_iter().find(|model| model.name() == text);
+            let model = model.ok_or_else(|| {
+                let known = Model::ALL.map(Model::name).join(", ");
+                name.error(format_args!("is \"{}\", which is none of {known}", shorten(text)))
+            })?;
+            read.model = Some(OwnModel {
+                model,
+                color: own.get("color")?.map_or(Ok(OwnModel::WHITE), non_negative)?,
+                exponent: own.get("exponent")?.map_or(Ok(OwnModel::EXPONENT), positive)?,
+            });
+        }
+        if let Some(height) = own.get("heightTexture")? {
+            let channel = height.get("channel")?.map_or(Ok(0), Value::index)?;
+            if channel > 3 {
+                return Err(height.require("channel")?.error(format_args!("{channel} is not 0, 1, 2 or 3")));
+            }
+            let scale = fraction_or(height, "scale", 0.05)?;
+            read.height = self.texture(height)?.map(|texture| Height { texture, channel, scale });
+        }
+        Ok(())
     }
 
     fn read_metallic_roughness(&mut self, pbr: Value<'a>, material: &mut Material) -> Result<()> {
@@ -171,9 +201,22 @@ pub(super) fn non_negative<const N: usize>(value: Value<'_>) -> Result<[f32; N]>
     }
 }
 
+fn positive(value: Value<'_>) -> Result<f32> {
+    let number = value.float()?;
+    if number > 0.0 && number <= 1024.0 {
+        Ok(number)
+    } else {
+        Err(value.error(format_args!("{number} is not a number above 0, at most 1024")))
+    }
+}
+
 /// A factor from 0 to 1, 1 where it is absent; exporters overshoot 1 by rounding.
 fn fraction(holder: Value<'_>, key: &str) -> Result<f32> {
-    holder.get(key)?.map_or(Ok(1.0), |value| Ok(at_least_zero(value)?.min(1.0)))
+    fraction_or(holder, key, 1.0)
+}
+
+fn fraction_or(holder: Value<'_>, key: &str, absent: f32) -> Result<f32> {
+    holder.get(key)?.map_or(Ok(absent), |value| Ok(at_least_zero(value)?.min(1.0)))
 }
 
 fn read_sampler(sampler: Value<'_>) -> Result<Sampler> {

@@ -12,8 +12,8 @@ use super::notes::Note;
 use super::topology::{Mode, compact, compact_bytes, drop_zero_area, vertex_bytes};
 use super::{normals, tangents};
 use crate::error::Result;
-use crate::scene::Mesh;
 use crate::scene::validate::textures;
+use crate::scene::{Material, Mesh, Texture};
 
 /// A primitive whose vertices have been chosen.
 struct Primitive<'a> {
@@ -161,9 +161,7 @@ impl<'a> Loader<'a> {
         };
         let sets = [primitive.attributes.get("TEXCOORD_0")?, primitive.attributes.get("TEXCOORD_1")?];
         mesh.material = self.material(MaterialKey { index, normal_map: true })?;
-        if let Some(normal) = &self.scene.materials[mesh.material].normal_texture
-            && sets[normal.uv_set].is_none()
-        {
+        if tangent_textures(&self.scene.materials[mesh.material]).any(|texture| sets[texture.uv_set].is_none()) {
             self.notes.add(Note::NormalMapWithoutUvs);
             mesh.material = self.material(MaterialKey { index, normal_map: false })?;
         }
@@ -206,7 +204,7 @@ impl<'a> Loader<'a> {
         Ok(elements)
     }
 
-    /// Normals, and tangents where the material has a normal map.
+    /// Normals, and tangents where the material has a map that needs them.
     fn shading_frame(&mut self, primitive: &Primitive<'a>, mesh: &mut Mesh) -> Result<()> {
         let vertex_count = primitive.source.len();
         let normal = primitive.attributes.get("NORMAL")?;
@@ -220,7 +218,7 @@ impl<'a> Loader<'a> {
             self.budget.charge(corner_bytes as u64, 4 * mesh.indices.len() as u64, &primitive.value)?;
             normals::make_flat(mesh);
         }
-        if self.scene.materials[mesh.material].normal_texture.is_none() {
+        if tangent_textures(&self.scene.materials[mesh.material]).next().is_none() {
             return Ok(());
         }
         // Without normals a file's tangents mean nothing (glTF 2.0, section 3.7.2.1).
@@ -237,7 +235,7 @@ impl<'a> Loader<'a> {
     }
 
     fn make_tangents(&mut self, primitive: &Primitive<'a>, mesh: &mut Mesh) -> Result<()> {
-        let Some(texture) = self.scene.materials[mesh.material].normal_texture.clone() else {
+        let Some(texture) = tangent_textures(&self.scene.materials[mesh.material]).next().cloned() else {
             return Ok(());
         };
         let corners = mesh.indices.len();
@@ -256,6 +254,11 @@ impl<'a> Loader<'a> {
         let added = mesh.positions.len().saturating_sub(before) * bytes + 16 * mesh.positions.len();
         self.budget.charge(added as u64, 0, &primitive.value)
     }
+}
+
+/// Maps whose directions are those of tangents; the first one decides them.
+fn tangent_textures(material: &Material) -> impl Iterator<Item = &Texture> {
+    material.normal_texture.iter().chain(material.height.iter().map(|height| &height.texture))
 }
 
 fn check_finite<const N: usize>(

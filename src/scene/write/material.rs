@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::{File, named, power_of_two_over, wide};
 use crate::error::{Error, Result};
-use crate::scene::{AlphaMode, IDENTITY_UV, Image, Material, Sampler, Texture, Wrap};
+use crate::scene::shading::OwnModel;
+use crate::scene::{AlphaMode, Height, IDENTITY_UV, Image, Material, Sampler, Texture, Wrap};
 
 /// Relative to the size of the matrix: the rounding of a few f32 operations.
 const SKEW_TOLERANCE: f64 = 1e-5;
@@ -66,7 +67,26 @@ pub fn add(file: &mut File, material: &Material) -> Result<()> {
         file.use_extension("KHR_materials_unlit");
         object["extensions"]["KHR_materials_unlit"] = json!({});
     }
+    add_extras(file, material, &mut object)?;
     file.materials.push(named(&material.name, object));
+    Ok(())
+}
+
+/// `extras.lampyris`: what glTF has no word for.
+fn add_extras(file: &mut File, material: &Material, object: &mut Value) -> Result<()> {
+    if let Some(OwnModel { model, color, exponent }) = material.model {
+        object["extras"]["lampyris"]["model"] = json!(model.name());
+        if OwnModel::of(model) != (OwnModel { model, color, exponent }) {
+            object["extras"]["lampyris"]["color"] = json!(wide(color));
+            object["extras"]["lampyris"]["exponent"] = json!(f64::from(exponent));
+        }
+    }
+    if let Some(Height { texture, channel, scale }) = &material.height {
+        let mut info = texture_info(file, texture)?;
+        info["channel"] = json!(channel);
+        info["scale"] = json!(f64::from(*scale));
+        object["extras"]["lampyris"]["heightTexture"] = info;
+    }
     Ok(())
 }
 

@@ -3,11 +3,12 @@
 use glam::{DMat4, DQuat, DVec3};
 
 use super::*;
+use crate::scene::shading::{Model, OwnModel};
 use crate::scene::{
-    AlphaMode, Camera, Image, Instance, Light, LightKind, Material, Projection, Sampler, Texture, Wrap, builtin,
+    AlphaMode, Camera, Height, Image, Instance, Light, LightKind, Material, Projection, Sampler, Texture, Wrap, builtin,
 };
 
-const SPECS: [&str; 6] = ["cornell", "atrium", "corridor", "corridor:door=0", "terrain", "furnace"];
+const SPECS: [&str; 7] = ["cornell", "atrium", "corridor", "corridor:door=0", "terrain", "furnace", "glass"];
 
 fn word(bytes: &[u8], at: usize) -> usize {
     u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize
@@ -52,6 +53,8 @@ fn everything() -> Scene {
         alpha: AlphaMode::Mask(0.3),
         double_sided: true,
         unlit: true,
+        model: Some(OwnModel { model: Model::Rim, color: [0.5, 0.25, 3.0], exponent: 2.5 }),
+        height: texture(0, 1, odd).map(|texture| Height { texture, channel: 3, scale: 0.125 }),
     };
     let mesh = Mesh {
         name: "triangle".into(),
