@@ -43,7 +43,7 @@ fn access_type(stages: &[&str], kind: Kind) -> String {
         Kind::StorageWrite => "StorageWrite",
         Kind::StorageReadWrite => "StorageReadWrite",
         Kind::UniformTexel => "Texel",
-        Kind::Sampled => "Sampled",
+        Kind::Sampled | Kind::SampledIf => "Sampled",
         Kind::ImageRead => "ImageRead",
         Kind::ImageWrite => "ImageWrite",
         Kind::ImageReadWrite => "ImageReadWrite",
@@ -155,16 +155,28 @@ fn bindings_struct(out: &mut String, program: &Program) {
         writeln!(out, "    /// Descriptor set {set}: a field a binding, named as in the shader.").unwrap();
         writeln!(out, "    #[derive(Debug, Clone, Copy)]\n    pub struct {name} {{").unwrap();
         for m in &of_set {
-            writeln!(out, "        /// Binding {}.\n        pub {}: access::{},", m.1, m.2, access_type(&m.4, m.3))
-                .unwrap();
+            let access = access_type(&m.4, m.3);
+            let field =
+                if m.3 == Kind::SampledIf { format!("Option<access::{access}>") } else { format!("access::{access}") };
+            writeln!(out, "        /// Binding {}.\n        pub {}: {field},", m.1, m.2).unwrap();
         }
         writeln!(out, "    }}\n    impl {name} {{").unwrap();
         writeln!(out, "        /// Every binding with its declared access.").unwrap();
-        writeln!(out, "        pub fn list(&self) -> Vec<Binding> {{\n            vec![").unwrap();
-        for m in &of_set {
+        let optional = of_set.iter().any(|m| m.3 == Kind::SampledIf);
+        writeln!(out, "        pub fn list(&self) -> Vec<Binding> {{").unwrap();
+        writeln!(out, "            {}", if optional { "let mut list = vec![" } else { "vec![" }).unwrap();
+        for m in of_set.iter().filter(|m| m.3 != Kind::SampledIf) {
             writeln!(out, "                self.{}.bound(\"{}\", {set}, {}),", m.2, m.2, m.1).unwrap();
         }
-        writeln!(out, "            ]\n        }}\n    }}").unwrap();
+        writeln!(out, "            ]{}", if optional { ";" } else { "" }).unwrap();
+        for m in of_set.iter().filter(|m| m.3 == Kind::SampledIf) {
+            writeln!(out, "            list.extend(self.{}.map(|b| b.bound(\"{}\", {set}, {})));", m.2, m.2, m.1)
+                .unwrap();
+        }
+        if optional {
+            writeln!(out, "            list").unwrap();
+        }
+        writeln!(out, "        }}\n    }}").unwrap();
     }
 }
 
@@ -190,7 +202,8 @@ pub fn program(out: &mut String, program: &Program, shared: &[Shared]) {
             stages.iter().map(|s| format!("ash::vk::ShaderStageFlags::{}.as_raw()", stage_flag(s))).collect();
         writeln!(
             out,
-            "            Slot {{ name: \"{slot}\", set: {set}, binding: {binding}, kind: SlotKind::{kind:?}, stages: ash::vk::ShaderStageFlags::from_raw({}) }},",
+            "            Slot {{ name: \"{slot}\", set: {set}, binding: {binding}, kind: SlotKind::{}, stages: ash::vk::ShaderStageFlags::from_raw({}) }},",
+            if kind == Kind::SampledIf { "Sampled".to_string() } else { format!("{kind:?}") },
             flags.join(" | ")
         )
         .unwrap();

@@ -11,6 +11,8 @@ pub enum Kind {
     StorageReadWrite,
     UniformTexel,
     Sampled,
+    /// An image of several samples, of layers, or of depths that are compared: bound where an effect runs.
+    SampledIf,
     ImageRead,
     ImageWrite,
     ImageReadWrite,
@@ -71,7 +73,7 @@ enum Type {
     Struct(Vec<u32>),
     Array(u32),
     Pointer(u32),
-    Image { dim: u32, sampled: u32 },
+    Image { dim: u32, special: bool, sampled: u32 },
     SampledImage(u32),
 }
 
@@ -108,7 +110,12 @@ fn scan(words: &[u32]) -> Tables {
             16 if w[1] == 17 => t.local_size = [w[2], w[3], w[4]],
             20 => t.bools.push(w[0]),
             22 => t.floats.push(w[0]),
-            25 => drop(t.types.insert(w[0], Type::Image { dim: w[2], sampled: w[6] })),
+            25 => {
+                drop(t.types.insert(
+                    w[0],
+                    Type::Image { dim: w[2], special: w[3] == 1 || w[4] == 1 || w[5] == 1, sampled: w[6] },
+                ))
+            }
             27 => drop(t.types.insert(w[0], Type::SampledImage(w[1]))),
             28 | 29 => drop(t.types.insert(w[0], Type::Array(w[1]))),
             30 => drop(t.types.insert(w[0], Type::Struct(w[1..].to_vec()))),
@@ -173,9 +180,10 @@ impl Tables {
             }
             (0, Type::SampledImage(image)) => match self.types.get(image)? {
                 Type::Image { dim: 5, .. } => Kind::UniformTexel,
+                Type::Image { special: true, .. } => Kind::SampledIf,
                 _ => Kind::Sampled,
             },
-            (0, Type::Image { dim: 5, sampled: 1 }) => Kind::UniformTexel,
+            (0, Type::Image { dim: 5, sampled: 1, .. }) => Kind::UniformTexel,
             (0, Type::Image { sampled: 2, .. }) => match variable_flags {
                 (true, _) => Kind::ImageRead,
                 (_, true) => Kind::ImageWrite,

@@ -196,6 +196,8 @@ pub struct ImageDesc {
     pub extent: [u32; 2],
     /// Mip levels.
     pub levels: u32,
+    /// Samples a texel, a power of two.
+    pub samples: u32,
     /// Every use.
     pub usage: vk::ImageUsageFlags,
 }
@@ -220,7 +222,7 @@ impl Image {
             .extent(vk::Extent3D { width: desc.extent[0], height: desc.extent[1], depth: 1 })
             .mip_levels(desc.levels)
             .array_layers(1)
-            .samples(vk::SampleCountFlags::TYPE_1)
+            .samples(vk::SampleCountFlags::from_raw(desc.samples))
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(desc.usage);
         // SAFETY: plain creation; destroyed on drop or below.

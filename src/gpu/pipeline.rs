@@ -1,15 +1,16 @@
 //! Pipelines and their layouts, made from the graph's plain descriptions.
 
+use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::sync::Arc;
 
 use ash::{util, vk};
 
 use super::pipeline_cache::PipelineCache;
-use super::specialize::specialize;
+use super::specialize::{specialize, used_bindings};
 use super::{Device, failed};
 use crate::error::{Error, Result};
-use crate::graph::program::Program;
+use crate::graph::program::{Program, Slot};
 use crate::graph::{Blend, ComputePipeline, GraphicsPipeline};
 
 /// Attribute formats by location: position, normal, tangent, uv0, uv1, colour; each in a stream of its own.
@@ -35,6 +36,8 @@ pub struct Pipeline {
     pub set_layouts: Vec<vk::DescriptorSetLayout>,
     /// What it was made from.
     pub program: &'static Program,
+    /// Bindings that its specialised stages reach: its sets have no others.
+    pub slots: Vec<&'static Slot>,
     device: Arc<Device>,
 }
 
@@ -64,15 +67,18 @@ impl Constants {
 struct Modules<'a> {
     device: &'a Device,
     raw: Vec<(vk::ShaderStageFlags, vk::ShaderModule)>,
+    /// What each stage reaches; `None`: not known.
+    used: Vec<(vk::ShaderStageFlags, Option<BTreeSet<(u32, u32)>>)>,
 }
 
 impl<'a> Modules<'a> {
     fn create(device: &'a Device, program: &Program, values: &[(u32, u32)]) -> Result<Self> {
-        let mut modules = Self { device, raw: Vec::new() };
+        let mut modules = Self { device, raw: Vec::new(), used: Vec::new() };
         for stage in program.stages {
             let code = util::read_spv(&mut Cursor::new(stage.spirv))
                 .map_err(|e| Error::new(format!("SPIR-V of {} is damaged: {e}", program.name)))?;
             let code = specialize(&code, values);
+            modules.used.push((stage.stage, used_bindings(&code)));
             let info = vk::ShaderModuleCreateInfo::default().code(&code);
             // SAFETY: the SPIR-V comes from our own build.
             let module =
@@ -81,6 +87,14 @@ impl<'a> Modules<'a> {
             modules.raw.push((stage.stage, module));
         }
         Ok(modules)
+    }
+
+    /// A stage declares the slot and may reach it.
+    fn uses(&self, slot: &Slot) -> bool {
+        let reaches = |used: &Option<BTreeSet<(u32, u32)>>| {
+            used.as_ref().is_none_or(|used| used.contains(&(slot.set, slot.binding)))
+        };
+        self.used.iter().any(|(stage, used)| slot.stages.contains(*stage) && reaches(used))
     }
 
     fn stages<'b>(&'b self, constants: &'b vk::SpecializationInfo<'b>) -> Vec<vk::PipelineShaderStageCreateInfo<'b>> {
@@ -106,17 +120,18 @@ impl Drop for Modules<'_> {
 
 impl Pipeline {
     /// Layouts first, then the pipeline in place.
-    fn with_layouts(device: &Arc<Device>, program: &'static Program) -> Result<Self> {
+    fn with_layouts(device: &Arc<Device>, program: &'static Program, modules: &Modules) -> Result<Self> {
         let mut pipeline = Self {
             raw: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             set_layouts: Vec::new(),
             program,
+            slots: program.slots.iter().filter(|slot| modules.uses(slot)).collect(),
             device: device.clone(),
         };
-        let set_count = program.slots.iter().map(|s| s.set + 1).max().unwrap_or(0);
+        let set_count = pipeline.slots.iter().map(|s| s.set + 1).max().unwrap_or(0);
         for set in 0..set_count {
-            let bindings: Vec<_> = program
+            let bindings: Vec<_> = pipeline
                 .slots
                 .iter()
                 .filter(|s| s.set == set)
@@ -148,8 +163,8 @@ impl Pipeline {
 
     /// Makes a compute pipeline.
     pub fn compute(device: &Arc<Device>, cache: &PipelineCache, desc: &ComputePipeline) -> Result<Self> {
-        let mut pipeline = Self::with_layouts(device, desc.program)?;
         let modules = Modules::create(device, desc.program, &desc.constants)?;
+        let mut pipeline = Self::with_layouts(device, desc.program, &modules)?;
         let constants = Constants::new(&desc.constants);
         let specialization = constants.info();
         let stage = modules.stages(&specialization)[0];
@@ -167,8 +182,8 @@ impl Pipeline {
     /// The device lacks what the description asks for, or the driver refuses it.
     pub fn graphics(device: &Arc<Device>, cache: &PipelineCache, desc: &GraphicsPipeline) -> Result<Self> {
         check_features(device, desc)?;
-        let mut pipeline = Self::with_layouts(device, desc.program)?;
         let modules = Modules::create(device, desc.program, &desc.constants)?;
+        let mut pipeline = Self::with_layouts(device, desc.program, &modules)?;
         let constants = Constants::new(&desc.constants);
         let specialization = constants.info();
         let stages = modules.stages(&specialization);
@@ -181,8 +196,10 @@ impl Pipeline {
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster =
             vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0).depth_clamp_enable(desc.depth_clamp);
-        let samples =
-            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let masks = [desc.sample_mask];
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples))
+            .sample_mask(&masks);
         let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
         if let Some(state) = desc.depth {
             depth = depth.depth_test_enable(true).depth_write_enable(state.write).depth_compare_op(state.compare);

@@ -14,7 +14,7 @@ use super::pipeline::Pipeline;
 use super::pipeline_cache::PipelineCache;
 use crate::error::{Error, Result};
 use crate::graph::access::Access;
-use crate::graph::program::{Program, SlotKind};
+use crate::graph::program::SlotKind;
 use crate::graph::{Binding, BufferHandle, Graph, GraphicsPipeline, Groups, ImageHandle, Lifetime, Resource, Work};
 
 /// Sets of one pipeline of a node: set 0, and set 1 by material.
@@ -123,15 +123,14 @@ fn create_images(device: &Arc<Device>, graph: &Graph) -> Result<Vec<Image>> {
             usage |= vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::SAMPLED;
         }
         let extent = [info.width, info.height];
-        let desc = ImageDesc { format: info.format, extent, levels: info.levels, usage };
+        let desc = ImageDesc { format: info.format, extent, levels: info.levels, samples: info.samples, usage };
         images.push(Image::create(device, &info.name, desc)?);
     }
     Ok(images)
 }
 
-/// A pipeline description and the bindings it can choose from.
+/// The bindings that a pipeline can choose from.
 struct Wanted<'a> {
-    program: &'static Program,
     bindings: &'a [Binding],
     material_bindings: &'a [Vec<Binding>],
 }
@@ -147,12 +146,12 @@ impl Realized {
         let start = Instant::now();
         let (pipelines, mut nodes) = create_pipelines(device, graph, cache)?;
         let pipeline_ms = start.elapsed().as_secs_f64() * 1e3;
-        let (sets, counts) = count_sets(graph);
+        let (sets, counts) = count_sets(graph, &pipelines, &nodes);
         let mut descriptors = Descriptors::create(device, sets, &counts)?;
         for (node, objects) in graph.nodes.iter().zip(&mut nodes) {
             for (wanted, &pipeline) in wanted_of(&node.work).iter().zip(&objects.pipelines) {
-                let layouts = &pipelines[pipeline].set_layouts;
-                objects.sets.push(make_sets(&mut descriptors, device, wanted, layouts, (&buffers, &images))?);
+                let pipeline = &pipelines[pipeline];
+                objects.sets.push(make_sets(&mut descriptors, device, wanted, pipeline, (&buffers, &images))?);
             }
         }
         Ok(Self { buffers, images, pipelines, nodes, pipeline_ms, _descriptors: descriptors })
@@ -216,33 +215,30 @@ fn create_pipelines(
 
 fn wanted_of(work: &Work) -> Vec<Wanted<'_>> {
     match work {
-        Work::Dispatch { pipeline, bindings, .. } => {
-            vec![Wanted { program: pipeline.program, bindings, material_bindings: &[] }]
+        Work::Dispatch { bindings, .. } => vec![Wanted { bindings, material_bindings: &[] }],
+        Work::Render(render) => {
+            let wanted = || Wanted { bindings: &render.bindings, material_bindings: &render.material_bindings };
+            render.pipelines.iter().map(|_| wanted()).collect()
         }
-        Work::Render(render) => render
-            .pipelines
-            .iter()
-            .map(|p| Wanted {
-                program: p.program,
-                bindings: &render.bindings,
-                material_bindings: if has_set(p.program, 1) { &render.material_bindings } else { &[] },
-            })
-            .collect(),
         _ => Vec::new(),
     }
 }
 
-fn has_set(program: &Program, set: u32) -> bool {
-    program.slots.iter().any(|s| s.set == set)
+/// Sets by material that a pipeline takes.
+fn material_sets<'a>(wanted: &Wanted<'a>, pipeline: &Pipeline) -> &'a [Vec<Binding>] {
+    if pipeline.set_layouts.len() > 1 { wanted.material_bindings } else { &[] }
 }
 
-fn count_sets(graph: &Graph) -> (u32, HashMap<vk::DescriptorType, u32>) {
+fn count_sets(graph: &Graph, pipelines: &[Pipeline], nodes: &[NodeObjects]) -> (u32, HashMap<vk::DescriptorType, u32>) {
     let (mut sets, mut counts) = (0, HashMap::new());
-    for wanted in graph.nodes.iter().flat_map(|n| wanted_of(&n.work)) {
-        let materials = wanted.material_bindings.len() as u32;
-        sets += u32::from(has_set(wanted.program, 0)) + materials;
-        for slot in wanted.program.slots {
-            *counts.entry(slot.kind.descriptor_type()).or_default() += if slot.set == 0 { 1 } else { materials };
+    for (node, objects) in graph.nodes.iter().zip(nodes) {
+        for (wanted, &pipeline) in wanted_of(&node.work).iter().zip(&objects.pipelines) {
+            let pipeline = &pipelines[pipeline];
+            let materials = material_sets(wanted, pipeline).len() as u32;
+            sets += u32::from(!pipeline.set_layouts.is_empty()) + materials;
+            for slot in &pipeline.slots {
+                *counts.entry(slot.kind.descriptor_type()).or_default() += if slot.set == 0 { 1 } else { materials };
+            }
         }
     }
     (sets, counts)
@@ -252,16 +248,17 @@ fn make_sets(
     descriptors: &mut Descriptors,
     device: &Device,
     wanted: &Wanted<'_>,
-    layouts: &[vk::DescriptorSetLayout],
+    pipeline: &Pipeline,
     resources: (&[Buffer], &[Image]),
 ) -> Result<Sets> {
     let mut sets = Sets::default();
-    if has_set(wanted.program, 0) {
-        let writes = writes_of(descriptors, device, wanted.program, 0, wanted.bindings, resources)?;
-        sets.shared = Some(descriptors.set(layouts[0], &writes)?);
+    let layouts = &pipeline.set_layouts;
+    if let Some(&layout) = layouts.first() {
+        let writes = writes_of(descriptors, device, pipeline, 0, wanted.bindings, resources)?;
+        sets.shared = Some(descriptors.set(layout, &writes)?);
     }
-    for bindings in wanted.material_bindings {
-        let writes = writes_of(descriptors, device, wanted.program, 1, bindings, resources)?;
+    for bindings in material_sets(wanted, pipeline) {
+        let writes = writes_of(descriptors, device, pipeline, 1, bindings, resources)?;
         sets.by_material.push(descriptors.set(layouts[1], &writes)?);
     }
     Ok(sets)
@@ -270,16 +267,16 @@ fn make_sets(
 fn writes_of(
     descriptors: &mut Descriptors,
     device: &Device,
-    program: &Program,
+    pipeline: &Pipeline,
     set: u32,
     bindings: &[Binding],
     (buffers, images): (&[Buffer], &[Image]),
 ) -> Result<Vec<Write>> {
     let mut writes = Vec::new();
-    for slot in program.slots.iter().filter(|s| s.set == set) {
+    for slot in pipeline.slots.iter().filter(|s| s.set == set) {
         let binding = bindings.iter().find(|b| b.set == set && b.name == slot.name);
-        let binding =
-            binding.ok_or_else(|| Error::new(format!("{}: nothing is bound to {}", program.name, slot.name)))?;
+        let binding = binding
+            .ok_or_else(|| Error::new(format!("{}: nothing is bound to {}", pipeline.program.name, slot.name)))?;
         let target = match binding.resource {
             Resource::Buffer(handle) => {
                 let buffer = &buffers[handle.0 as usize];

@@ -16,12 +16,14 @@
 use std::collections::HashMap;
 
 use module::Module;
+pub use used::used_bindings;
 
 mod constants;
 mod flow;
 mod module;
 #[cfg(test)]
 mod tests;
+mod used;
 mod values;
 
 /// The module with `values` ((constant id, bits); a bool is 0 or not 0) as plain constants. Constants without a value get their

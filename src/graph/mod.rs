@@ -64,7 +64,7 @@ pub struct BufferInfo {
     pub lifetime: Lifetime,
 }
 
-/// Description of an image: 2-D, one layer, one sample a texel unless said.
+/// Description of an image: 2-D, one layer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ImageInfo {
     /// The words that listings and debug names use.
@@ -77,6 +77,8 @@ pub struct ImageInfo {
     pub height: u32,
     /// Mip levels.
     pub levels: u32,
+    /// Samples a texel.
+    pub samples: u32,
     /// See [`Lifetime`].
     pub lifetime: Lifetime,
 }
@@ -254,11 +256,16 @@ impl Graph {
         BufferHandle(self.buffers.len() as u32 - 1)
     }
 
-    /// Declares an image of one level.
+    /// Declares an image of one level and one sample.
     pub fn image(&mut self, name: &str, format: vk::Format, size: [u32; 2], lifetime: Lifetime) -> ImageHandle {
         let [width, height] = size;
-        self.images.push(ImageInfo { name: name.into(), format, width, height, levels: 1, lifetime });
-        ImageHandle(self.images.len() as u32 - 1)
+        self.add_image(ImageInfo { name: name.into(), format, width, height, levels: 1, samples: 1, lifetime })
+    }
+
+    /// Declares a transient image of so many samples a texel.
+    pub fn image_of_samples(&mut self, name: &str, format: vk::Format, size: [u32; 2], samples: u32) -> ImageHandle {
+        let ([width, height], lifetime) = (size, Lifetime::Transient);
+        self.add_image(ImageInfo { name: name.into(), format, width, height, levels: 1, samples, lifetime })
     }
 
     /// Declares an image of any kind.

@@ -14,6 +14,10 @@ pub struct GraphicsPipeline {
     pub constants: Vec<(u32, u32)>,
     /// Formats of the colour attachments.
     pub colors: Vec<vk::Format>,
+    /// Of every attachment.
+    pub samples: u32,
+    /// Bit s: sample s is written.
+    pub sample_mask: u32,
     /// Of every colour attachment.
     pub blend: Blend,
     /// Format and use of the depth attachment.
@@ -212,6 +216,8 @@ mod tests {
             blend,
             depth: Some(state),
             depth_clamp: false,
+            samples: 1,
+            sample_mask: u32::MAX,
         };
         let render = Render {
             colors: vec![ColorAttachment { image: colors, clear: color_clear }],

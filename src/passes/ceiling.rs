@@ -39,6 +39,8 @@ pub fn frame(plan: &Plan) -> Frame {
         blend: Blend::Replace,
         depth: None,
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     };
     let render = Render {
         colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],

@@ -72,6 +72,8 @@ fn render(plan: &Plan, scene: &SceneHandles, parts: &Parts, depth: ImageHandle, 
         blend: Blend::Replace,
         depth: Some(DepthState { write: false, ..super::forward::depth_state(false) }),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     };
     Render {
         colors: Vec::new(),

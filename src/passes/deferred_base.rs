@@ -72,5 +72,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
         blend: Blend::Replace,
         depth: None,
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     }
 }

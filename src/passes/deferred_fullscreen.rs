@@ -78,5 +78,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, branch: bool) -> GraphicsPipeline {
         blend: Blend::Replace,
         depth: None,
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     }
 }

@@ -83,5 +83,14 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
     } else {
         (&depth_prepass::PROGRAM, Vec::new())
     };
-    GraphicsPipeline { program, constants, colors: Vec::new(), blend: Blend::Replace, depth, depth_clamp: false }
+    GraphicsPipeline {
+        program,
+        constants,
+        colors: Vec::new(),
+        blend: Blend::Replace,
+        depth,
+        depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
+    }
 }

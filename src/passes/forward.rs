@@ -161,5 +161,7 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         blend: blend_of(variant),
         depth: Some(shaded_depth(variant, after_prepass)),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     }
 }

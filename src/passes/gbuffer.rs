@@ -259,6 +259,8 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, variant: Variant, after_prepass: boo
         blend: Blend::Replace,
         depth: Some(depth_state(after_prepass)),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     }
 }
 

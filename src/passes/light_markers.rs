@@ -29,6 +29,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, target: &Io) {
         blend: Blend::Replace,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     };
     let count = plan.markers.len() as u32;
     let draw = Draw::procedural(0, ICOSPHERE_CORNERS, count, Cull::Back);

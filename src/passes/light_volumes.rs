@@ -119,5 +119,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, rectangles: bool) -> GraphicsPipelin
         blend: Blend::Add,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare, write: false }),
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     }
 }

@@ -128,6 +128,7 @@ impl SceneHandles {
                 width,
                 height,
                 levels,
+                samples: 1,
                 lifetime: fixed,
             }));
         }

@@ -42,6 +42,8 @@ pub fn add(
         blend: Blend::Replace,
         depth: Some(depth_state(prepass.is_some())),
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     });
     let render = Render {
         colors: layers.map(|image| ColorAttachment { image, clear: Some([0.0; 4]) }).to_vec(),

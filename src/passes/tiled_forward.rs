@@ -102,5 +102,7 @@ pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Pa
         blend: blend_of(variant),
         depth: Some(shaded_depth(variant, inputs.prepass.is_some())),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     }
 }

@@ -24,6 +24,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, radiance: ImageHandle, layer: ImageHa
         blend: Blend::Replace,
         depth: None,
         depth_clamp: false,
+        samples: 1,
+        sample_mask: u32::MAX,
     };
     let render = Render {
         colors: vec![ColorAttachment { image: mixed, clear: Some([0.0; 4]) }],

@@ -30,6 +30,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, opaque: ImageHa
         blend: Blend::Replace,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     };
     let render = Render {
         colors: Vec::new(),

@@ -56,5 +56,7 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
         blend: Blend::Replace,
         depth: Some(depth_state(plan.prepass)),
         depth_clamp: false,
+        samples: plan.samples,
+        sample_mask: u32::MAX,
     }
 }
