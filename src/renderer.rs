@@ -80,6 +80,7 @@ impl Renderer {
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
             float_blend: facts.float_blend,
             fragment_stores: facts.fragment_stores,
+            samples: facts.samples,
         }
     }
 

@@ -205,12 +205,12 @@ pub const BOUNDS_MIN_MAX: u32 = 1;
 /// The same, and a mask of the slots between them that hold samples (Harada, "A 2.5D culling for Forward+", SIGGRAPH Asia 2012).
 pub const BOUNDS_MASK: u32 = 2;
 
-/// Value of SAMPLES: bounds hold opaque samples.
-pub const SAMPLES_OPAQUE: u32 = 0;
+/// Value of HELD: bounds hold opaque samples.
+pub const HELD_OPAQUE: u32 = 0;
 /// They hold blended fragments, from the nearest one of a pixel to the opaque sample behind it.
-pub const SAMPLES_BLENDED: u32 = 1;
+pub const HELD_BLENDED: u32 = 1;
 /// They hold both.
-pub const SAMPLES_BOTH: u32 = 2;
+pub const HELD_BOTH: u32 = 2;
 
 /// Value of WORD_FETCH: lists are read from storage buffers.
 pub const WORDS_STORAGE: u32 = 0;

@@ -179,6 +179,28 @@ fn transparency_without_float_blending() {
     compare_with("forward_transparent_layer", &glass, &request, &Limits::MINIMUM);
 }
 
+/// Four samples a pixel in every kind of attachment.
+fn four_samples() -> Limits {
+    Limits { samples: [1 | 4; 2], ..Limits::MINIMUM }
+}
+
+#[test]
+fn several_samples_in_forward_techniques() {
+    let tiled = Request { technique: Technique::TiledForward, msaa: 4, ..Request::default() };
+    let clustered = Request { technique: Technique::ClusteredForward, ..tiled.clone() };
+    compare_with("tiled_forward_msaa", &cornell(), &tiled, &four_samples());
+    compare_with("clustered_forward_msaa", &cornell(), &clustered, &four_samples());
+}
+
+#[test]
+fn several_samples_in_deferred_techniques() {
+    let alone = Request { technique: Technique::Deferred, msaa: 4, ..Request::default() };
+    compare_with("deferred_msaa", &cornell(), &alone, &four_samples());
+    // Lights are drawn over it.
+    let over = Request { technique: Technique::TiledDeferred, show_lights: true, ..alone };
+    compare_with("tiled_deferred_msaa", &cornell(), &over, &four_samples());
+}
+
 #[test]
 fn surface() {
     compare("surface", &Request { debug_view: Some(DebugView::Albedo), ..Request::default() });

@@ -26,3 +26,18 @@ fn parallax_against_rays() {
 fn shading_models_of_materials() {
     run("material_models");
 }
+
+#[test]
+fn several_samples_a_pixel_in_every_technique() {
+    run("msaa");
+}
+
+#[test]
+fn t7_a_far_wall_in_one_sample_of_four() {
+    run("msaa_bar");
+}
+
+#[test]
+fn samples_are_lit_one_by_one_where_they_differ() {
+    run("msaa_edges");
+}

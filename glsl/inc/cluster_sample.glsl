@@ -21,6 +21,16 @@ uint cluster_of(uvec2 pixel, float depth) {
     return CLUSTER_OF == CLUSTER_OF_RANK ? texelFetch(cluster_index, rank_at(id), 0).x : id;
 }
 
+// The stored depth of a distance along the view axis.
+float depth_of_distance(float d) {
+    if (grid.data.perspective != 0u) {
+        precise float depth = grid.data.depth_offset / max(d, 1e-37) - grid.data.depth_scale;
+        return depth;
+    }
+    precise float depth = (grid.data.depth_offset - d) / grid.data.depth_scale;
+    return depth;
+}
+
 // First entry of the list and the one behind its last; none for the sky.
 uvec2 cluster_list(uvec2 pixel, float depth) {
     uint id = cluster_of(pixel, depth);

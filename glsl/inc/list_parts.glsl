@@ -18,3 +18,15 @@ vec4 shade_list_part(Surface s, uint begin, uint end) {
     sum = add_listed_lights(sum, lobes, s, v, from, until);
     return sum_after(s, sum, until - begin);
 }
+
+// Every light on a surface that no list knows: between the samples of a pixel, a position may lie where no sample does.
+vec4 shade_unlisted(Surface s) {
+    if (s.unlit) {
+        return unlit_part(s);
+    }
+    vec3 v = view_direction(s);
+    Lobes lobes = make_lobes(s, v);
+    precise vec3 sum = unlit_radiance(s);
+    sum = add_lights(sum, lobes, s, v, 0u, frame.data.light_count);
+    return sum_after(s, sum, frame.data.light_count);
+}

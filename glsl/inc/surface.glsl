@@ -1,6 +1,7 @@
 // From interpolants and material to what the lights see. CPU twin: reference/surface.rs.
 #include "texture_level.glsl"
 #include "surface_data.glsl"
+#include "sample_offset.glsl"
 
 layout(set = 0, binding = 2, scalar) readonly buffer MaterialBlock { MaterialData data[]; } materials;
 layout(set = 1, binding = 0) uniform sampler2D base_color_map;
@@ -10,11 +11,12 @@ layout(set = 1, binding = 3) uniform sampler2D occlusion_map;
 layout(set = 1, binding = 4) uniform sampler2D emissive_map;
 layout(set = 1, binding = 5) uniform sampler2D height_map;
 
-layout(location = 0) in vec3 in_position_vs;
-layout(location = 1) in vec3 in_normal_vs;
-layout(location = 2) in vec4 in_tangent_vs;
-layout(location = 3) in vec4 in_uv;
-layout(location = 4) in vec4 in_color;
+// Of several samples a place within the triangle: attributes are never extrapolated.
+layout(location = 0) centroid in vec3 in_position_vs;
+layout(location = 1) centroid in vec3 in_normal_vs;
+layout(location = 2) centroid in vec4 in_tangent_vs;
+layout(location = 3) centroid in vec4 in_uv;
+layout(location = 4) centroid in vec4 in_color;
 layout(location = 5) flat in uint in_material;
 layout(location = 6) flat in vec4 in_base_color;
 layout(location = 7) flat in vec4 in_emissive_metallic;
@@ -130,6 +132,22 @@ vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
     return mapped2 > MIN_NORMAL2 ? mapped / sqrt(mapped2) : n;
 }
 
+// Samples in which alpha reaches the cut-off: alpha becomes coverage, read once a sample.
+uint alpha_coverage(float factor) {
+    uint covered = 0u;
+    for (uint i = 0u; i < SAMPLES; ++i) {
+        float alpha = factor;
+        if ((TEXTURES & TEXTURE_BASE_COLOR) != 0u) {
+            vec2 offset = sample_offset(i);
+            UvFootprint f = uv_of(0u, materials.data[in_material].uv_base_color_u, materials.data[in_material].uv_base_color_v);
+            f.uv += f.dx * offset.x + f.dy * offset.y;
+            alpha *= sample_level(base_color_map, f).a;
+        }
+        covered |= alpha < in_roughness_scales.w ? 0u : 1u << i;
+    }
+    return covered;
+}
+
 Surface read_surface() {
     vec3 n = interpolated_normal();
     if ((TEXTURES & TEXTURE_HEIGHT) != 0u) {
@@ -172,8 +190,16 @@ Surface read_surface() {
     s.model = SHADING_GLTF;
     s.model_color = in_model.rgb;
     s.model_exponent = in_model.w;
-    if (ALPHA_MASK && base.a < in_roughness_scales.w) {
-        discard;
+    if (ALPHA_MASK) {
+        if (SAMPLES > 1u) {
+            uint covered = alpha_coverage(in_base_color.a * (VERTEX_COLORS ? in_color.a : 1.0));
+            gl_SampleMask[0] = int(covered);
+            if (covered == 0u) {
+                discard;
+            }
+        } else if (base.a < in_roughness_scales.w) {
+            discard;
+        }
     }
     return s;
 }

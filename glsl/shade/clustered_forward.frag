@@ -14,6 +14,15 @@ layout(location = 0) out vec4 out_radiance;
 
 void main() {
     Surface s = read_surface();
-    uvec2 list = cluster_list(uvec2(gl_FragCoord.xy), gl_FragCoord.z);
+    float depth = gl_FragCoord.z;
+    if (SAMPLES > 1u) {
+        // Of the position that is shaded, which need not be the middle of the pixel.
+        depth = depth_of_distance(-s.position.z);
+        if (cluster_of(uvec2(gl_FragCoord.xy), depth) == NO_CLUSTER) {
+            out_radiance = shade_unlisted(s);
+            return;
+        }
+    }
+    uvec2 list = cluster_list(uvec2(gl_FragCoord.xy), depth);
     out_radiance = shade_list_part(s, list.x, list.y);
 }

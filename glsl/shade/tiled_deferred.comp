@@ -5,6 +5,7 @@
 #include "base.glsl"
 #include "read_gbuffer.glsl"
 #include "shade_list.glsl"
+#include "tile_listed.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -13,11 +14,21 @@ layout(constant_id = 33) const uint PIXELS_A_THREAD = 4u;
 
 layout(set = 0, binding = 30, rgba32f) uniform writeonly image2D radiance;
 
+#include "shade_samples.glsl"
+
 // First and last of a pixel's list, one past it.
 uvec2 list_of(uvec2 at) {
     uvec2 tile = at / TILE;
     uint first = (tile.y * grid.data.columns + tile.x) * grid.data.list_chunks;
     return uvec2(list_offset(first), list_offset(first + grid.data.list_chunks));
+}
+
+vec3 light_surface(uvec2 at, Surface s, float depth) {
+    if (!is_listed(at / TILE, -s.position.z)) {
+        return shade_all_lights(s);
+    }
+    uvec2 list = list_of(at);
+    return shade_listed_lights(s, list.x, list.y);
 }
 
 void store(uvec2 at, vec3 light, bool seen) {
@@ -58,6 +69,10 @@ void shade_column(uvec2 at) {
 void main() {
     uvec2 at = gl_GlobalInvocationID.xy * uvec2(1u, PIXELS_A_THREAD);
     if (at.x >= grid.data.width || at.y >= grid.data.height) {
+        return;
+    }
+    if (SAMPLES > 1u) {
+        shade_samples(at);
         return;
     }
     if (PIXELS_A_THREAD == 4u) {

@@ -12,13 +12,17 @@ layout(constant_id = 20) const uint TILE = 16u;
 layout(constant_id = 21) const uint DEPTH_BOUNDS = BOUNDS_MASK;
 layout(constant_id = 22) const uint DEPTH_SLOTS = 32u;
 layout(constant_id = 23) const bool GROUP_A_TILE = false;
-layout(constant_id = 24) const uint SAMPLES = SAMPLES_OPAQUE;
+layout(constant_id = 24) const uint HELD = HELD_OPAQUE;
+layout(constant_id = 25) const uint SAMPLES = 1u;
 
 layout(set = 0, binding = 0, scalar) uniform GridBlock { TileGrid data; } grid;
 layout(set = 0, binding = 1) uniform sampler2D depth;
 layout(set = 0, binding = 2, rgba32ui) uniform writeonly uimage2D tile_bounds;
 // Nearest blended fragment of each pixel.
 layout(set = 0, binding = 3) uniform sampler2D transparent_depth;
+// The same of several samples a pixel.
+layout(set = 0, binding = 4) uniform sampler2DMS depth_samples;
+layout(set = 0, binding = 5) uniform sampler2DMS transparent_samples;
 
 shared uint group_nearest;
 shared uint group_farthest;
@@ -30,18 +34,32 @@ uint solid_bits(float depth) {
     return bits - 1u < 0x7f800000u ? bits : 0u;
 }
 
-// Bits of the nearest and the farthest depth of a pixel. The first is 0 where nothing counts, the second where the sky is behind.
-uvec2 pixel_bits(ivec2 at) {
-    uint opaque = solid_bits(texelFetch(depth, at, 0).x);
-    if (SAMPLES == SAMPLES_OPAQUE) {
+float opaque_depth(ivec2 at, uint index) {
+    if (SAMPLES == 1u) {
+        return texelFetch(depth, at, 0).x;
+    }
+    return texelFetch(depth_samples, at, int(index)).x;
+}
+
+float blended_depth(ivec2 at, uint index) {
+    if (SAMPLES == 1u) {
+        return texelFetch(transparent_depth, at, 0).x;
+    }
+    return texelFetch(transparent_samples, at, int(index)).x;
+}
+
+// Bits of the nearest and the farthest depth of a sample. The first is 0 where nothing counts, the second where the sky is behind.
+uvec2 sample_bits(ivec2 at, uint index) {
+    uint opaque = solid_bits(opaque_depth(at, index));
+    if (HELD == HELD_OPAQUE) {
         return uvec2(opaque);
     }
-    uint blended = solid_bits(texelFetch(transparent_depth, at, 0).x);
-    return uvec2(SAMPLES == SAMPLES_BOTH ? max(blended, opaque) : blended, opaque);
+    uint blended = solid_bits(blended_depth(at, index));
+    return uvec2(HELD == HELD_BOTH ? max(blended, opaque) : blended, opaque);
 }
 
 float farthest_distance(uint bits) {
-    return SAMPLES != SAMPLES_OPAQUE && bits == 0u ? grid.data.farthest : distance_range(grid.data, uintBitsToFloat(bits)).y;
+    return HELD != HELD_OPAQUE && bits == 0u ? grid.data.farthest : distance_range(grid.data, uintBitsToFloat(bits)).y;
 }
 
 void main() {
@@ -62,9 +80,11 @@ void main() {
     uint farthest = 0xffffffffu;
     for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
         for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
-            uvec2 bits = pixel_bits(ivec2(x, y));
-            nearest = max(nearest, bits.x);
-            farthest = min(farthest, bits.x != 0u ? bits.y : 0xffffffffu);
+            for (uint index = 0u; index < SAMPLES; ++index) {
+                uvec2 bits = sample_bits(ivec2(x, y), index);
+                nearest = max(nearest, bits.x);
+                farthest = min(farthest, bits.x != 0u ? bits.y : 0xffffffffu);
+            }
         }
     }
     // What a thread does for its tile; of a group one does it.
@@ -96,12 +116,14 @@ void main() {
         mask = uvec2(0u);
         for (uint y = begin.y + first_pixel.y; y < end.y; y += pixel_step) {
             for (uint x = begin.x + first_pixel.x; x < end.x; x += pixel_step) {
-                uvec2 bits = pixel_bits(ivec2(x, y));
-                bits = bits.x != 0u ? bits : uvec2(nearest);
-                float begin = distance_range(grid.data, uintBitsToFloat(bits.x)).x;
-                uint first = depth_slot(near, scale, begin, DEPTH_SLOTS);
-                uint last = depth_slot(near, scale, farthest_distance(bits.y), DEPTH_SLOTS);
-                mask |= slot_mask(first, last);
+                for (uint index = 0u; index < SAMPLES; ++index) {
+                    uvec2 bits = sample_bits(ivec2(x, y), index);
+                    bits = bits.x != 0u ? bits : uvec2(nearest);
+                    float begin = distance_range(grid.data, uintBitsToFloat(bits.x)).x;
+                    uint first = depth_slot(near, scale, begin, DEPTH_SLOTS);
+                    uint last = depth_slot(near, scale, farthest_distance(bits.y), DEPTH_SLOTS);
+                    mask |= slot_mask(first, last);
+                }
             }
         }
         if (GROUP_A_TILE) {

@@ -28,7 +28,6 @@ use crate::reference::shade::Shader;
 use crate::reference::surface::Surface;
 use crate::reference::texture::{Encoding, Footprint, Textures};
 use crate::renderer::Renderer;
-use crate::scene::view::{Extents, Lens, View};
 use crate::scene::{IDENTITY_UV, Material, Scene, Texture, mips};
 
 /// Relative error from which a pixel counts as an outlier.
@@ -112,7 +111,7 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
     let mut outlier_bound = 0;
     let step = 0.5 * (-f64::from(renderer.device().facts.limits.sub_pixel_precision_bits)).exp2();
     for (x, y) in [(step, 0.0), (0.0, step)] {
-        let moved = Reference::new(scene, &shifted(&plan.view, x, y))?.render(&shader, &|_| {});
+        let moved = Reference::new(scene, &plan.view.moved(x, y))?.render(&shader, &|_| {});
         let (error, outliers) = interior.errors(&moved.rgba);
         bound += error;
         outlier_bound += outliers;
@@ -127,20 +126,6 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
         covered: (0..drawn.len()).filter(|&p| is_covered(p)).count(),
         not_finite: drawn.iter().filter(|pixel| pixel.iter().any(|c| !c.is_finite())).count(),
     })
-}
-
-/// The view with its lens moved by a part of a pixel.
-fn shifted(view: &View, x: f64, y: f64) -> View {
-    let shift = |e: Extents| {
-        let right = x * (e.right - e.left) / f64::from(view.width);
-        let up = y * (e.top - e.bottom) / f64::from(view.height);
-        Extents { left: e.left + right, right: e.right + right, bottom: e.bottom + up, top: e.top + up }
-    };
-    let lens = match view.lens {
-        Lens::Perspective(extents) => Lens::Perspective(shift(extents)),
-        Lens::Orthographic(extents) => Lens::Orthographic(shift(extents)),
-    };
-    View { lens, ..view.clone() }
 }
 
 /// Mean error of a map's values.

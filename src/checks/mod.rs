@@ -12,6 +12,7 @@ mod light_tree;
 mod list_sort;
 mod lists;
 mod million;
+mod msaa;
 mod octahedral;
 mod oracle;
 mod prims;
@@ -105,6 +106,9 @@ pub const ALL: &[(&str, Check)] = &[
     ("material_modes", textured::modes),
     ("parallax", textured::parallax),
     ("material_models", textured::material_models),
+    ("msaa", msaa::msaa),
+    ("msaa_bar", msaa::msaa_bar),
+    ("msaa_edges", msaa::msaa_edges),
     ("transparency", transparent::transparency),
     ("transparent_bounds", transparent::transparent_bounds),
     ("transparent_layer", transparent::transparent_layer),

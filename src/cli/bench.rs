@@ -79,6 +79,8 @@ pub enum BenchName {
     Transparency,
     /// Each shading model on every material, and all of them side by side.
     Materials,
+    /// Time, memory and depth reduction by samples a pixel.
+    Msaa,
     /// What each step takes on this device; stored, so that `--technique auto` chooses by it.
     Profile,
 }

@@ -5,12 +5,26 @@ use clap::{Args, ValueEnum};
 /// Options of effects.
 #[derive(Debug, Clone, Args)]
 pub struct EffectArgs {
+    /// Samples a pixel; a number that the device lacks is replaced by the nearest.
+    #[arg(long, value_name = "1|2|4|8", default_value = "1", value_parser = parse_samples)]
+    pub msaa: u32,
+    /// Refuse what the device lacks instead of replacing it.
+    #[arg(long)]
+    pub strict: bool,
     /// What light lists of blended surfaces know of depths [default: own where there are lists and depths].
     #[arg(long, value_enum)]
     pub transparent_bounds: Option<TransparentBoundsArg>,
     /// What of blended surfaces is put in order from back to front.
     #[arg(long, value_enum, default_value = "object")]
     pub transparent_sort: TransparentSortArg,
+}
+
+/// `--msaa`.
+fn parse_samples(text: &str) -> Result<u32, String> {
+    match text {
+        "1" | "2" | "4" | "8" => text.parse().map_err(|_| "a pixel has 1, 2, 4 or 8 samples".into()),
+        _ => Err("a pixel has 1, 2, 4 or 8 samples".into()),
+    }
 }
 
 /// `--transparent-bounds`.

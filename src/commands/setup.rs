@@ -187,6 +187,8 @@ pub fn request(shared: &Shared) -> Result<Request> {
             AccumulationArg::F32 => Accumulation::F32,
             AccumulationArg::F16 => Accumulation::F16,
         },
+        msaa: shared.effects.msaa,
+        strict: shared.effects.strict,
         transparent_bounds: shared.effects.transparent_bounds.map(|bounds| match bounds {
             TransparentBoundsArg::Own => TransparentBounds::Own,
             TransparentBoundsArg::Merged => TransparentBounds::Merged,

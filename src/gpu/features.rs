@@ -58,6 +58,8 @@ pub struct Facts {
     pub float_blend: bool,
     /// Fragment shaders write storage buffers; asked for where offered.
     pub fragment_stores: bool,
+    /// Bits of the numbers of samples that radiance and depth have, and G-buffers too.
+    pub samples: [u32; 2],
 }
 
 impl Facts {
@@ -139,6 +141,7 @@ fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
         depth_clamp: false,
         float_blend: false,
         fragment_stores: false,
+        samples: [1; 2],
         loop_iterations: None,
     };
     // SAFETY: as above.
@@ -198,20 +201,10 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     if limits.max_compute_shared_memory_size < 32 << 10 {
         facts.missing.push("32 KiB of shared memory");
     }
-    let timestamps = facts.timestamp_bits > 0;
-    let optional = [
-        ("timestamps", timestamps, "frames are timed by the host, passes are not, said in the report"),
-        (
-            "writes of fragment shaders",
-            facts.fragment_stores,
-            "every slice of every tile is a cluster of blended surfaces, instead of those that hold fragments",
-        ),
-        ("32-bit indices", facts.full_draw_index, "meshes of more than 2^24 vertices are refused"),
-    ];
-    facts.optional = optional.iter().map(|&(name, there, without)| Optional { name, there, without }).collect();
     // SAFETY: as above.
     let rgba32f =
         unsafe { instance.raw.get_physical_device_format_properties(physical, vk::Format::R32G32B32A32_SFLOAT) };
+    facts.samples = sample_counts(instance, physical);
     // SAFETY: as above.
     let d32f = unsafe { instance.raw.get_physical_device_format_properties(physical, vk::Format::D32_SFLOAT) };
     if !d32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT) {
@@ -221,4 +214,55 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     if !rgba32f.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT) {
         facts.missing.push("RGBA32F colour attachments");
     }
+    let timestamps = facts.timestamp_bits > 0;
+    let optional = [
+        ("timestamps", timestamps, "frames are timed by the host, passes are not, said in the report"),
+        (
+            "writes of fragment shaders",
+            facts.fragment_stores,
+            "every slice of every tile is a cluster of blended surfaces, instead of those that hold fragments",
+        ),
+        (
+            "blending of 32-bit floats",
+            facts.float_blend,
+            "light volumes add nothing, blended surfaces are mixed in a 16-bit layer",
+        ),
+        ("4 samples a pixel", facts.samples[0] & 4 != 0, "--msaa takes the nearest number of samples there is"),
+        (
+            "4 samples in a G-buffer",
+            facts.samples[1] & 4 != 0,
+            "deferred techniques take the nearest number of samples there is",
+        ),
+        ("32-bit indices", facts.full_draw_index, "meshes of more than 2^24 vertices are refused"),
+    ];
+    facts.optional = optional.iter().map(|&(name, there, without)| Optional { name, there, without }).collect();
+}
+
+/// Bits of the numbers of samples that attachments which shaders read later have: radiance with depth, and these with a compact G-buffer.
+fn sample_counts(instance: &Instance, physical: vk::PhysicalDevice) -> [u32; 2] {
+    use vk::ImageUsageFlags as U;
+    let of = |format: vk::Format, attachment: U| {
+        // SAFETY: the physical device comes from this instance.
+        let properties = unsafe {
+            instance.raw.get_physical_device_image_format_properties(
+                physical,
+                format,
+                vk::ImageType::TYPE_2D,
+                vk::ImageTiling::OPTIMAL,
+                attachment | U::SAMPLED,
+                vk::ImageCreateFlags::empty(),
+            )
+        };
+        properties.map_or(1, |properties| properties.sample_counts.as_raw())
+    };
+    let lit = of(vk::Format::R32G32B32A32_SFLOAT, U::COLOR_ATTACHMENT)
+        & of(vk::Format::D32_SFLOAT, U::DEPTH_STENCIL_ATTACHMENT);
+    let stored = [
+        vk::Format::A2B10G10R10_UNORM_PACK32,
+        vk::Format::R16G16_UINT,
+        vk::Format::R16G16B16A16_UINT,
+        vk::Format::R8G8B8A8_UNORM,
+        vk::Format::R16G16B16A16_SFLOAT,
+    ];
+    [lit, stored.iter().fold(lit, |counts, &format| counts & of(format, U::COLOR_ATTACHMENT))]
 }

@@ -16,6 +16,7 @@
 use std::collections::HashMap;
 
 use module::Module;
+use used::drop_sample_masks;
 pub use used::used_bindings;
 
 mod constants;
@@ -58,5 +59,6 @@ fn specialized(words: &[u32], values: &[(u32, u32)]) -> Option<Vec<u32>> {
     // Names and decorations of ids that are gone would be invalid.
     let after = module.defined_in_functions(&facts.types);
     module.globals.retain(|i| i.annotated().is_none_or(|id| after.contains(&id) || !before.contains(&id)));
+    drop_sample_masks(&mut module);
     Some(module.words())
 }

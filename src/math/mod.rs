@@ -2,4 +2,5 @@
 pub mod cull;
 pub mod icosphere;
 pub mod random;
+pub mod samples;
 pub mod srgb;

@@ -4,11 +4,13 @@
 use super::cluster_assign::{self, Candidates, Keyed};
 use super::tile_bin::Bins;
 use super::tile_cull::Lists;
-use super::{ClusterHandles, Frame, SceneHandles, TileHandles, cluster_index, cluster_keys, cluster_unique};
+use super::{
+    ClusterHandles, Frame, SceneHandles, TileHandles, cluster_flags, cluster_index, cluster_keys, cluster_unique,
+};
 use super::{depth_prepass, gbuffer, light_tree, read_back, tile_lists};
 use crate::graph::{BufferHandle, Graph, ImageHandle};
 use crate::plan::{Clusters, Plan, Tiles};
-use crate::shared::{CLUSTER_OF_PIXEL, CLUSTER_OF_SLICE};
+use crate::shared::{CLUSTER_OF_PIXEL, CLUSTER_OF_RANK, CLUSTER_OF_SLICE};
 
 /// Layer of [`cluster_frame`]: the codes of normals that directions come from.
 pub const NORMAL_CODES: &str = "normal_codes";
@@ -73,6 +75,9 @@ pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals
         }
     };
     let made = depth.filter(|_| clusters.keyed).map(|depth| {
+        if clusters.flagged {
+            return cluster_flags::add_samples(graph, parts, depth);
+        }
         let (tile_grid, cluster_grid) = (tile_handles.grid, handles.grid);
         let normals = normals.filter(|_| clusters.by_normal()).unwrap_or(tile_handles.no_bounds);
         let inputs = cluster_keys::Inputs { clusters, tile_grid, cluster_grid, depth, normals };
@@ -83,7 +88,11 @@ pub fn add(graph: &mut Graph, parts: &Parts, depth: Option<ImageHandle>, normals
         (Keyed { keys, bounds: indexed.bounds, counted }, indexed.index)
     });
     let (keyed, index) = made.unzip();
-    let lookup = if index.is_some() { CLUSTER_OF_PIXEL } else { CLUSTER_OF_SLICE };
+    let lookup = match index {
+        None => CLUSTER_OF_SLICE,
+        Some(_) if clusters.flagged => CLUSTER_OF_RANK,
+        Some(_) => CLUSTER_OF_PIXEL,
+    };
     let tree = candidates.texels();
     let inputs = cluster_assign::Inputs { name: "cluster", tiles, tile_handles, clusters, handles, candidates, keyed };
     let lists = cluster_assign::add(graph, &inputs);

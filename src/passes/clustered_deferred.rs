@@ -9,9 +9,9 @@ use super::cluster_lists::{ClusterLists, Parts};
 use super::clustered_forward::list_fetch;
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
-use super::{RADIANCE_FORMAT, SceneHandles, dispatch, nearest_sampler};
+use super::{SceneHandles, dispatch, nearest_sampler, one_sample, sample_edges};
 use crate::graph::access::{ComputeImageWrite, ComputeSampled, ComputeStorageRead, ComputeTexel, ComputeUniform};
-use crate::graph::{Binding, Contents, Graph, ImageHandle, Lifetime};
+use crate::graph::{Binding, Contents, Graph, ImageHandle};
 use crate::plan::{Gbuffer, Plan};
 use crate::shaders::shade::clustered_deferred;
 
@@ -30,7 +30,7 @@ pub struct Inputs<'a> {
 /// Adds the pass; the radiance.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> ImageHandle {
     let size = [plan.view.width, plan.view.height];
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, size, Lifetime::Transient);
+    let radiance = sample_edges::target(graph, plan);
     let (lights, gbuffer) = (light_constants(plan), gbuffer_constants(inputs.planned));
     let spec = clustered_deferred::Spec {
         LIGHT_FETCH: lights.fetch,
@@ -49,14 +49,16 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
         STORED_MATERIAL: gbuffer.material,
+        SAMPLES: plan.samples,
+        SPREAD: plan.spreads_samples(),
     };
     let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
-    let bindings = bindings(scene, inputs, radiance);
+    let bindings = bindings(graph, scene, inputs, radiance);
     graph.add("clustered_deferred", dispatch(&clustered_deferred::PROGRAM, spec.values(), bindings, groups));
     radiance
 }
 
-fn bindings(scene: &SceneHandles, inputs: &Inputs, radiance: ImageHandle) -> Vec<Binding> {
+fn bindings(graph: &Graph, scene: &SceneHandles, inputs: &Inputs, radiance: ImageHandle) -> Vec<Binding> {
     let (parts, lists, layers) = (&inputs.parts, inputs.made.lists, inputs.layers);
     let sampled = |image| ComputeSampled(image, nearest_sampler());
     let set = clustered_deferred::Bindings {
@@ -74,7 +76,7 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs, radiance: ImageHandle) -> Vec
         cluster_index: sampled(inputs.made.index.unwrap_or(parts.tile_handles.no_bounds)),
         // Either layout: without an index the slice comes from it.
         materials: ComputeStorageRead(scene.materials),
-        gbuffer_depth: sampled(layers.depth),
+        gbuffer_depth: sampled(one_sample(graph, scene, layers.depth)),
         gbuffer_base_color: sampled(layers.base_color),
         gbuffer_normals: sampled(layers.normals),
         gbuffer_material: sampled(layers.material),
@@ -84,6 +86,12 @@ fn bindings(scene: &SceneHandles, inputs: &Inputs, radiance: ImageHandle) -> Vec
         gbuffer_base_metallic: sampled(layers.base_metallic),
         gbuffer_specular_flag: sampled(layers.specular_flag),
         gbuffer_ambient_emission: sampled(layers.ambient_emission),
+        depth_samples: layers.of_sample(0),
+        base_color_samples: layers.of_sample(1),
+        normals_samples: layers.of_sample(2),
+        material_samples: layers.of_sample(3),
+        emission_samples: layers.of_sample(4),
+        sample_edges: sampled(layers.edges_or(scene)),
         radiance: ComputeImageWrite(radiance, Contents::Discarded),
     };
     set.list()

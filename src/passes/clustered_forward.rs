@@ -12,7 +12,7 @@ use crate::graph::access::{
     FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform,
     VertexStorageRead,
 };
-use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render};
+use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Render};
 use crate::plan::materials::Variant;
 use crate::plan::{Clusters, Plan};
 use crate::shaders::shade::clustered_forward;
@@ -37,7 +37,7 @@ pub fn list_fetch(clusters: &Clusters) -> u32 {
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> Io {
     let extent = [plan.view.width, plan.view.height];
     let prepass = inputs.prepass;
-    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let depth = prepass.unwrap_or_else(|| graph.image_of_samples("depth", DEPTH_FORMAT, extent, plan.samples));
     let (distinct, of_draw) = variants(plan, |v| v);
     let radiance = light_parts::add(graph, plan, scene, "clustered_forward", |part| Render {
         colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
@@ -97,6 +97,7 @@ pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Pa
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: plan.samples,
         TILE: tiles.tile,
         LIST_FETCH: list_fetch(clusters),
         // Most listed lights reach their samples (plan/tiles.rs, `list_seek`).

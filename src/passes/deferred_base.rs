@@ -34,6 +34,11 @@ pub fn add(graph: &mut Graph, plan: &Plan, planned: &Gbuffer, scene: &SceneHandl
         gbuffer_base_metallic: sampled(layers.base_metallic),
         gbuffer_specular_flag: sampled(layers.specular_flag),
         gbuffer_ambient_emission: sampled(layers.ambient_emission),
+        depth_samples: None,
+        base_color_samples: None,
+        normals_samples: None,
+        material_samples: None,
+        emission_samples: None,
     };
     let render = Render {
         colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
@@ -64,6 +69,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
         STORED_MATERIAL: gbuffer.material,
+        SAMPLES: 1,
     };
     GraphicsPipeline {
         program: &deferred_base::PROGRAM,

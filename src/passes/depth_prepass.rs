@@ -10,7 +10,7 @@ use ash::vk;
 use super::resources::{draw, variants};
 use super::{DEPTH_FORMAT, SceneHandles};
 use crate::graph::access::{GraphicsStorageRead, VertexStorageRead, VertexUniform};
-use crate::graph::{Blend, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{Blend, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Render, Work};
 use crate::plan::Plan;
 use crate::plan::materials::Variant;
 use crate::shaders::depth::{depth_prepass, depth_prepass_masked};
@@ -22,7 +22,7 @@ pub const COMPARE: vk::CompareOp = vk::CompareOp::GREATER_OR_EQUAL;
 /// Adds the pass; the depth image.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle {
     let extent = [plan.view.width, plan.view.height];
-    let depth = graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient);
+    let depth = graph.image_of_samples("depth", DEPTH_FORMAT, extent, plan.samples);
     // Only holes matter for depth: every opaque material shares one pipeline.
     let (distinct, of_draw) = variants(plan, |v| if v.masked { alpha_only(v) } else { Variant::default() });
     let any_masked = distinct.iter().any(|v| v.masked);
@@ -78,6 +78,7 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
             UNLIT: true,
             MIRRORED_LENS: plan.view.lens.mirrors(),
             PERSPECTIVE: plan.view.lens.is_perspective(),
+            SAMPLES: plan.samples,
         };
         (&depth_prepass_masked::PROGRAM, spec.values())
     } else {

@@ -8,7 +8,7 @@
 
 use ash::vk;
 
-use super::{TileHandles, dispatch, nearest_sampler};
+use super::{TileHandles, dispatch, nearest_sampler, several_samples};
 use crate::graph::access::{ComputeImageWrite, ComputeSampled, ComputeUniform};
 use crate::graph::{Contents, Graph, ImageHandle, Lifetime};
 use crate::plan::{DepthBounds, Tiles};
@@ -48,23 +48,28 @@ pub fn add(
 ) -> ImageHandle {
     let size = [tiles.grid.columns, tiles.grid.rows];
     let (constant, blended, names) = match samples {
-        Samples::Opaque => (shared::SAMPLES_OPAQUE, depth, ["tile_bounds", "depth_reduce"]),
-        Samples::Blended(image) => (shared::SAMPLES_BLENDED, image, ["transparent_bounds", "transparent_depth_reduce"]),
-        Samples::Both(image) => (shared::SAMPLES_BOTH, image, ["tile_bounds", "depth_reduce"]),
+        Samples::Opaque => (shared::HELD_OPAQUE, depth, ["tile_bounds", "depth_reduce"]),
+        Samples::Blended(image) => (shared::HELD_BLENDED, image, ["transparent_bounds", "transparent_depth_reduce"]),
+        Samples::Both(image) => (shared::HELD_BOTH, image, ["tile_bounds", "depth_reduce"]),
     };
     let bounds = graph.image(names[0], BOUNDS_FORMAT, size, Lifetime::Transient);
+    // Of several samples the other bindings are read.
+    let one = |graph: &Graph, image| if graph.image_info(image).samples == 1 { image } else { handles.no_bounds };
     let set = depth_reduce::Bindings {
         grid: ComputeUniform(handles.grid),
-        depth: ComputeSampled(depth, nearest_sampler()),
+        depth: ComputeSampled(one(graph, depth), nearest_sampler()),
         tile_bounds: ComputeImageWrite(bounds, Contents::Discarded),
-        transparent_depth: ComputeSampled(blended, nearest_sampler()),
+        transparent_depth: ComputeSampled(one(graph, blended), nearest_sampler()),
+        depth_samples: several_samples(graph, depth).map(|image| ComputeSampled(image, nearest_sampler())),
+        transparent_samples: several_samples(graph, blended).map(|image| ComputeSampled(image, nearest_sampler())),
     };
     let spec = depth_reduce::Spec {
         TILE: tiles.tile,
         DEPTH_BOUNDS: bounds_constant(tiles.bounds),
         DEPTH_SLOTS: tiles.slots,
         GROUP_A_TILE: tiles.group_a_tile,
-        SAMPLES: constant,
+        HELD: constant,
+        SAMPLES: graph.image_info(depth).samples,
     };
     let tiles_a_group = if tiles.group_a_tile { 1 } else { 8 };
     let groups = [size[0].div_ceil(tiles_a_group), size[1].div_ceil(tiles_a_group), 1];

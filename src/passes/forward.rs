@@ -14,8 +14,7 @@ use crate::graph::access::{
     FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
 };
 use crate::graph::{
-    Binding, Blend, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Lifetime,
-    Render,
+    Binding, Blend, ColorAttachment, DepthAttachment, DepthState, Graph, GraphicsPipeline, ImageHandle, Render,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Fetch, Plan};
@@ -33,7 +32,7 @@ pub struct Io {
 /// Adds the pass; `prepass` is the depth that is there already.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<ImageHandle>) -> Io {
     let extent = [plan.view.width, plan.view.height];
-    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let depth = prepass.unwrap_or_else(|| graph.image_of_samples("depth", DEPTH_FORMAT, extent, plan.samples));
     let (distinct, of_draw) = variants(plan, |v| v);
     let radiance = light_parts::add(graph, plan, scene, "forward", |part| Render {
         colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
@@ -148,6 +147,7 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: plan.samples,
         BLENDED: variant.blended,
         HALF_LAYER: variant.blended && plan.transparency.as_ref().is_some_and(|planned| planned.layer),
         FIRST_PART: part.first,

@@ -21,11 +21,10 @@ use ash::vk;
 
 use super::forward::depth_state;
 use super::resources::{SceneHandles, chosen};
-use super::{DEPTH_FORMAT, Frame, RADIANCE_FORMAT, depth_prepass, read_back};
-use crate::graph::access::{GraphicsStorageRead, GraphicsUniform, VertexStorageRead, VertexUniform};
+use super::{DEPTH_FORMAT, Frame, RADIANCE_FORMAT, depth_prepass, nearest_sampler, read_back};
+use crate::graph::access::{ComputeSampled, GraphicsStorageRead, GraphicsUniform, VertexStorageRead, VertexUniform};
 use crate::graph::{
-    Access, Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render,
-    Work,
+    Access, Binding, Blend, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Render, Work,
 };
 use crate::plan::materials::Variant;
 use crate::plan::{Gbuffer, GbufferLayout, Plan};
@@ -57,10 +56,17 @@ pub struct Layers {
     pub specular_flag: ImageHandle,
     /// Fat.
     pub ambient_emission: ImageHandle,
+    /// Compact, of several samples a pixel: depth, base colour, normals, material and emission.
+    pub samples: Option<[ImageHandle; 5]>,
+    /// Pixels whose samples differ.
+    pub edges: Option<ImageHandle>,
 }
 
 impl Layers {
-    fn new(depth: ImageHandle, planned: &Gbuffer, images: &[ImageHandle], scene: &SceneHandles) -> Self {
+    fn new(graph: &Graph, depth: ImageHandle, planned: &Gbuffer, images: &[ImageHandle], scene: &SceneHandles) -> Self {
+        if graph.image_info(depth).samples > 1 {
+            return Self::of_samples(depth, images, scene);
+        }
         let any = images[0];
         let mut layers = Self {
             depth,
@@ -74,6 +80,8 @@ impl Layers {
             base_metallic: any,
             specular_flag: any,
             ambient_emission: any,
+            samples: None,
+            edges: None,
         };
         match planned.layout {
             GbufferLayout::Compact => {
@@ -90,6 +98,35 @@ impl Layers {
             }
         }
         layers
+    }
+
+    fn of_samples(depth: ImageHandle, images: &[ImageHandle], scene: &SceneHandles) -> Self {
+        let any = scene.textures.last().copied().unwrap_or(depth);
+        Self {
+            depth,
+            sampled_depth: any,
+            base_color: any,
+            normals: scene.no_normals.unwrap_or(any),
+            material: any,
+            emission: any,
+            position_roughness: any,
+            normal_occlusion: any,
+            base_metallic: any,
+            specular_flag: any,
+            ambient_emission: any,
+            samples: Some([depth, images[0], images[1], images[2], images.get(3).copied().unwrap_or(images[0])]),
+            edges: None,
+        }
+    }
+
+    /// Image `index` of those of several samples, as compute shaders bind it.
+    pub fn of_sample(&self, index: usize) -> Option<ComputeSampled> {
+        self.samples.map(|images| ComputeSampled(images[index], nearest_sampler()))
+    }
+
+    /// The pixels whose samples differ, or an image that is not read.
+    pub fn edges_or(&self, scene: &SceneHandles) -> ImageHandle {
+        self.edges.or(scene.no_normals).unwrap_or(self.sampled_depth)
     }
 
     /// The images that the layout has, in attachment order.
@@ -184,9 +221,9 @@ pub fn add(
     prepass: Option<ImageHandle>,
 ) -> Layers {
     let extent = [plan.view.width, plan.view.height];
-    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let depth = prepass.unwrap_or_else(|| graph.image_of_samples("depth", DEPTH_FORMAT, extent, plan.samples));
     let images: Vec<_> =
-        attachments(planned).iter().map(|&(name, f)| graph.image(name, f, extent, Lifetime::Transient)).collect();
+        attachments(planned).iter().map(|&(name, f)| graph.image_of_samples(name, f, extent, plan.samples)).collect();
     let (distinct, draws) = chosen(plan, |v| !v.unlit);
     let render = Render {
         colors: images.iter().map(|&image| ColorAttachment { image, clear: Some([0.0; 4]) }).collect(),
@@ -200,11 +237,12 @@ pub fn add(
         indices: Some(scene.indices),
     };
     graph.add("gbuffer", Work::Render(render));
-    Layers::new(depth, planned, &images, scene)
+    Layers::new(graph, depth, planned, &images, scene)
 }
 
 /// The frame that makes the G-buffer and leaves its images as they are stored, by the names above. `None` where the technique has none.
 pub fn gbuffer_frame(plan: &Plan) -> Option<Frame> {
+    let plan = &Plan { samples: 1, ..plan.clone() };
     let planned = &plan.deferred.as_ref()?.gbuffer;
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
@@ -245,6 +283,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, variant: Variant, after_prepass: boo
         UNLIT: false,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: plan.samples,
         NORMAL_BITS: planned.normal_bits,
     };
     let program = match planned {

@@ -34,7 +34,8 @@ pub fn add(
     render: impl Fn(&Part) -> Render,
 ) -> ImageHandle {
     let (extent, parts) = ([plan.view.width, plan.view.height], plan.light_parts);
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let name_of = if plan.samples > 1 { "radiance_samples" } else { "radiance" };
+    let radiance = graph.image_of_samples(name_of, RADIANCE_FORMAT, extent, plan.samples);
     let other = (parts.count > 1).then(|| graph.image("radiance_before", RADIANCE_FORMAT, extent, Lifetime::Transient));
     let other = other.unwrap_or(radiance);
     let nothing = scene.textures.last().copied().unwrap_or(radiance);

@@ -68,6 +68,11 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         gbuffer_base_metallic: sampled(layers.base_metallic),
         gbuffer_specular_flag: sampled(layers.specular_flag),
         gbuffer_ambient_emission: sampled(layers.ambient_emission),
+        depth_samples: None,
+        base_color_samples: None,
+        normals_samples: None,
+        material_samples: None,
+        emission_samples: None,
     };
     let render = Render {
         colors: vec![ColorAttachment { image: inputs.radiance, clear: None }],
@@ -108,6 +113,7 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, rectangles: bool) -> GraphicsPipelin
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
         STORED_MATERIAL: gbuffer.material,
+        SAMPLES: 1,
         RECTANGLE: rectangles,
     };
     // Reversed: a back face passes where it is as far as what is stored, or farther.

@@ -12,6 +12,7 @@ pub mod clustered_deferred;
 pub mod clustered_forward;
 pub mod deferred_base;
 pub mod deferred_fullscreen;
+pub mod deferred_samples;
 pub mod depth_prepass;
 pub mod depth_reduce;
 pub mod forward;
@@ -24,10 +25,13 @@ pub mod light_parts;
 pub mod light_tree;
 pub mod light_volumes;
 pub mod list_sort;
+pub mod msaa_resolve;
+pub mod msaa_spread;
 pub mod octahedral_probe;
 pub mod radix_sort;
 pub mod read_back;
 mod resources;
+pub mod sample_edges;
 pub mod scan;
 pub mod surface;
 pub mod tile_bin;
@@ -51,6 +55,7 @@ pub use cluster_lists::{NORMAL_CODES, cluster_frame};
 pub use gbuffer::gbuffer_frame;
 pub use given::{given_bounds_frame, given_depth_frame};
 pub use resources::{ClusterHandles, Given, SceneHandles, TileHandles};
+pub use sample_edges::edges_frame;
 pub use transparent::transparent_bounds_frame;
 
 /// Depth format: 32-bit float, reversed.
@@ -166,15 +171,18 @@ fn lit(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, prepass: Option<Ima
         }
         (None, None, Some(tiles), Some(handles)) => {
             let blended = merged_depth(graph, plan, scene, prepass);
-            let MadeLists { bins, lists, .. } = tile_lists(graph, tiles, handles, prepass, blended);
-            let inputs = tiled_forward::Inputs { tiles, handles, lists, prepass };
+            let MadeLists { bounds, bins, lists } = tile_lists(graph, tiles, handles, prepass, blended);
+            // Asked only for positions between samples.
+            let bounds = bounds.filter(|_| plan.samples > 1);
+            let inputs = tiled_forward::Inputs { tiles, handles, lists, bounds, prepass };
             let target = tiled_forward::add(graph, plan, scene, &inputs);
-            (target, Opaque { tiles: Some((bins, lists)), ..Opaque::default() })
+            (target, Opaque { tiles: Some((bins, lists, bounds)), ..Opaque::default() })
         }
         _ => (forward::add(graph, plan, scene, prepass), Opaque::default()),
     };
     light_markers::add(graph, plan, scene, &target);
-    transparent::add(graph, plan, scene, target, opaque).radiance
+    let target = transparent::add(graph, plan, scene, target, opaque);
+    msaa_resolve::add(graph, target.radiance)
 }
 
 /// G-buffer, the lights over it, and the surfaces that no light changes; with what was made to list lights.
@@ -186,7 +194,9 @@ fn deferred(
     prepass: Option<ImageHandle>,
 ) -> (forward::Io, Opaque) {
     let planned = &deferred.gbuffer;
-    let layers = &gbuffer::add(graph, plan, planned, scene, prepass);
+    let mut layers = gbuffer::add(graph, plan, planned, scene, prepass);
+    layers.edges = sample_edges::add(graph, plan, planned, scene, &layers);
+    let layers = &layers;
     let clusters = cluster_lists::Parts::of(plan, scene);
     let mut opaque = Opaque::default();
     let radiance = match (&deferred.light_pass, clusters, &plan.tiles, &scene.tiles) {
@@ -203,16 +213,21 @@ fn deferred(
         }
         (&LightPass::Tiles { pixels_a_thread }, _, Some(tiles), Some(handles)) => {
             let blended = merged_depth(graph, plan, scene, prepass);
-            let MadeLists { bins, lists, .. } = tile_lists(graph, tiles, handles, prepass, blended);
-            opaque.tiles = Some((bins, lists));
-            let inputs = tiled_deferred::Inputs { tiles, handles, lists, planned, layers, pixels_a_thread };
+            let MadeLists { bounds, bins, lists } = tile_lists(graph, tiles, handles, prepass, blended);
+            let bounds = bounds.filter(|_| plan.samples > 1);
+            opaque.tiles = Some((bins, lists, bounds));
+            let inputs = tiled_deferred::Inputs { tiles, handles, lists, bounds, planned, layers, pixels_a_thread };
             tiled_deferred::add(graph, plan, scene, &inputs)
         }
         (light_pass, ..) => {
             let branch = matches!(light_pass, LightPass::Fullscreen { branch: true });
-            deferred_fullscreen::add(graph, plan, planned, scene, layers, branch)
+            match layers.edges {
+                Some(_) => deferred_samples::add(graph, plan, planned, scene, layers, branch),
+                None => deferred_fullscreen::add(graph, plan, planned, scene, layers, branch),
+            }
         }
     };
+    let radiance = msaa_spread::add(graph, plan, radiance);
     let target = forward::Io { radiance, depth: layers.depth };
     unlit::add(graph, plan, scene, &target);
     (target, opaque)
@@ -233,6 +248,17 @@ fn dispatch_groups(
     Work::Dispatch { pipeline: ComputePipeline { program, constants }, bindings, push: Vec::new(), groups }
 }
 
+/// The image, where it has one sample a texel; else one that is not read.
+fn one_sample(graph: &Graph, scene: &SceneHandles, image: ImageHandle) -> ImageHandle {
+    let white = scene.textures.last().copied().unwrap_or(image);
+    if graph.image_info(image).samples == 1 { image } else { white }
+}
+
+/// The image, where it has several samples a texel.
+fn several_samples(graph: &Graph, image: ImageHandle) -> Option<ImageHandle> {
+    (graph.image_info(image).samples > 1).then_some(image)
+}
+
 /// For images that are read texel by texel.
 fn nearest_sampler() -> SamplerState {
     SamplerState {
@@ -246,6 +272,7 @@ fn nearest_sampler() -> SamplerState {
 
 /// The frame that stores what lights see instead of lighting it: same geometry, same depth, same surfaces.
 pub fn surface_frame(plan: &Plan) -> Frame {
+    let plan = &Plan { samples: 1, ..plan.clone() };
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
@@ -253,4 +280,49 @@ pub fn surface_frame(plan: &Plan) -> Frame {
     graph.end_frame();
     let results = read_back::add(&mut graph, &layers);
     Frame { graph, scene, results }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Limits, Request, Technique};
+    use crate::scene::builtin;
+
+    /// Bytes of what a frame draws into and of what lights are given, by the graph.
+    fn attachment_bytes(graph: &Graph) -> u64 {
+        let counted = ["radiance", "depth", "gbuffer_", "sample_edges"];
+        let is_counted = |name: &str| counted.iter().any(|prefix| name.starts_with(prefix));
+        let texel = |format: vk::Format| match format {
+            vk::Format::R32G32B32A32_SFLOAT => 16,
+            vk::Format::R16G16B16A16_SFLOAT | vk::Format::R16G16B16A16_UINT => 8,
+            vk::Format::R8G8_UINT => 2,
+            _ => 4,
+        };
+        let images = graph.images.iter().filter(|image| is_counted(&image.name));
+        let bytes = |i: &crate::graph::ImageInfo| u64::from(i.width * i.height * i.samples) * texel(i.format);
+        images.map(bytes).sum()
+    }
+
+    #[test]
+    fn attachments_take_what_the_plan_says() {
+        let limits = Limits { samples: [1 | 4; 2], float_blend: true, fragment_stores: true, ..Limits::MINIMUM };
+        for name in ["cornell", "glass:layers=1"] {
+            let scene = builtin::load(name).expect("a built-in scene");
+            for technique in [
+                Technique::Forward,
+                Technique::TiledForward,
+                Technique::ClusteredForward,
+                Technique::Deferred,
+                Technique::TiledDeferred,
+                Technique::ClusteredDeferred,
+            ] {
+                for (msaa, prepass) in [(1, true), (4, true), (4, false)] {
+                    let request = Request { width: 40, height: 30, technique, msaa, prepass, ..Request::default() };
+                    let plan = Plan::new(&scene, &request, &limits).expect("a plan");
+                    let found = attachment_bytes(&frame(&plan).graph);
+                    assert_eq!(found, plan.attachment_bytes(), "{name} {technique:?} {msaa} {prepass}");
+                }
+            }
+        }
+    }
 }

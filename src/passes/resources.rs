@@ -160,7 +160,8 @@ impl SceneHandles {
                 .map(|v| graph.buffer("light_volumes", bytes_of::<LightVolume>(v.volumes.len()), fixed)),
             light_markers: (markers > 0)
                 .then(|| graph.buffer("light_markers", bytes_of::<LightMarker>(markers), fixed)),
-            no_normals: fat.then(|| graph.image("no normals", vk::Format::R16G16_UINT, [1, 1], fixed)),
+            no_normals: (fat || (plan.samples > 1 && plan.deferred.is_some()))
+                .then(|| graph.image("no normals", vk::Format::R16G16_UINT, [1, 1], fixed)),
         }
     }
 }

@@ -71,6 +71,7 @@ fn constants(plan: &Plan, variant: Variant) -> Vec<(u32, u32)> {
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: 1,
     };
     spec.values()
 }

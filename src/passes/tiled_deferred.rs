@@ -5,13 +5,14 @@
 //! threads, a thread a pixel, or four below each other, which read each light once. Limits: the plan's. CPU twin: `reference/shade.rs`;
 //! equal to the forms of `deferred` bit for bit.
 
+use super::depth_reduce::bounds_constant;
 use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
 use super::tile_cull::{Lists, list_fetch};
-use super::{RADIANCE_FORMAT, SceneHandles, TileHandles, dispatch, nearest_sampler};
+use super::{SceneHandles, TileHandles, dispatch, nearest_sampler, sample_edges};
 use crate::graph::access::{ComputeImageWrite, ComputeSampled, ComputeStorageRead, ComputeTexel, ComputeUniform};
-use crate::graph::{Contents, Graph, ImageHandle, Lifetime};
-use crate::plan::{Gbuffer, Plan, Tiles};
+use crate::graph::{Contents, Graph, ImageHandle};
+use crate::plan::{DepthBounds, Gbuffer, Plan, Tiles};
 use crate::shaders::shade::tiled_deferred;
 
 /// What the pass needs beside the scene.
@@ -22,6 +23,8 @@ pub struct Inputs<'a> {
     pub handles: &'a TileHandles,
     /// Their lists.
     pub lists: Lists,
+    /// What these know of depths.
+    pub bounds: Option<ImageHandle>,
     /// The plan's G-buffer.
     pub planned: &'a Gbuffer,
     /// Its images.
@@ -33,7 +36,7 @@ pub struct Inputs<'a> {
 /// Adds the pass; the radiance.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> ImageHandle {
     let size = [plan.view.width, plan.view.height];
-    let radiance = graph.image("radiance", RADIANCE_FORMAT, size, Lifetime::Transient);
+    let radiance = sample_edges::target(graph, plan);
     let layers = inputs.layers;
     let sampled = |image| ComputeSampled(image, nearest_sampler());
     let set = tiled_deferred::Bindings {
@@ -57,6 +60,13 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         gbuffer_base_metallic: sampled(layers.base_metallic),
         gbuffer_specular_flag: sampled(layers.specular_flag),
         gbuffer_ambient_emission: sampled(layers.ambient_emission),
+        depth_samples: layers.of_sample(0),
+        base_color_samples: layers.of_sample(1),
+        normals_samples: layers.of_sample(2),
+        material_samples: layers.of_sample(3),
+        emission_samples: layers.of_sample(4),
+        sample_edges: sampled(layers.edges_or(scene)),
+        tile_bounds: sampled(inputs.bounds.unwrap_or(inputs.handles.no_bounds)),
         radiance: ComputeImageWrite(radiance, Contents::Discarded),
     };
     let (lights, gbuffer) = (light_constants(plan), gbuffer_constants(inputs.planned));
@@ -70,6 +80,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         INVERSE_SQUARE: lights.inverse_square,
         SHADING: lights.shading,
         TILE: inputs.tiles.tile,
+        DEPTH_BOUNDS: bounds_constant(inputs.bounds.map_or(DepthBounds::Off, |_| inputs.tiles.bounds)),
+        DEPTH_SLOTS: inputs.tiles.slots,
         PIXELS_A_THREAD: pixels,
         LIST_FETCH: list_fetch(inputs.tiles),
         LIST_SEEK: inputs.tiles.list_seek && lights.seek,
@@ -77,6 +89,8 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs
         NORMAL_BITS: gbuffer.normal_bits,
         EMISSION: gbuffer.emission,
         STORED_MATERIAL: gbuffer.material,
+        SAMPLES: plan.samples,
+        SPREAD: plan.spreads_samples(),
     };
     let groups = [size[0].div_ceil(8), size[1].div_ceil(8 * pixels), 1];
     graph.add("tiled_deferred", dispatch(&tiled_deferred::PROGRAM, spec.values(), set.list(), groups));

@@ -3,17 +3,19 @@
 //! Reads: what `forward` reads, tile grid, lists and offsets. Writes: radiance, and depth without a pre-pass.
 //! Limits: the plan's. CPU twin: `reference/shade.rs`; equal to `forward` bit for bit.
 
+use super::depth_reduce::bounds_constant;
 use super::forward::{Io, blend_of, light_constants, shaded_depth, shaded_format};
 use super::light_parts::{self, Part};
 use super::resources::{draw, variants};
 use super::tile_cull::{Lists, list_fetch};
-use super::{DEPTH_FORMAT, SceneHandles, TileHandles};
+use super::{DEPTH_FORMAT, SceneHandles, TileHandles, nearest_sampler};
 use crate::graph::access::{
-    FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform, VertexStorageRead,
+    FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform, GraphicsStorageRead, GraphicsUniform,
+    VertexStorageRead,
 };
-use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render};
+use crate::graph::{Binding, ColorAttachment, DepthAttachment, Graph, GraphicsPipeline, ImageHandle, Render};
 use crate::plan::materials::Variant;
-use crate::plan::{Plan, Tiles};
+use crate::plan::{DepthBounds, Plan, Tiles};
 use crate::shaders::shade::tiled_forward;
 
 /// What the pass needs beside the scene.
@@ -24,6 +26,8 @@ pub struct Inputs<'a> {
     pub handles: &'a TileHandles,
     /// Their lists.
     pub lists: Lists,
+    /// What these know of depths.
+    pub bounds: Option<ImageHandle>,
     /// Depth that is there already.
     pub prepass: Option<ImageHandle>,
 }
@@ -32,7 +36,7 @@ pub struct Inputs<'a> {
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, inputs: &Inputs) -> Io {
     let extent = [plan.view.width, plan.view.height];
     let prepass = inputs.prepass;
-    let depth = prepass.unwrap_or_else(|| graph.image("depth", DEPTH_FORMAT, extent, Lifetime::Transient));
+    let depth = prepass.unwrap_or_else(|| graph.image_of_samples("depth", DEPTH_FORMAT, extent, plan.samples));
     let (distinct, of_draw) = variants(plan, |v| v);
     let radiance = light_parts::add(graph, plan, scene, "tiled_forward", |part| Render {
         colors: vec![ColorAttachment { image: part.target, clear: Some([0.0; 4]) }],
@@ -62,6 +66,7 @@ pub(super) fn bindings(scene: &SceneHandles, inputs: &Inputs, part: &Part) -> Ve
         list_offsets_texel: FragmentTexel(inputs.lists.offsets),
         list_lights_storage: FragmentStorageRead(inputs.lists.lights),
         list_lights_texel: FragmentTexel(inputs.lists.lights),
+        tile_bounds: FragmentSampled(inputs.bounds.unwrap_or(inputs.handles.no_bounds), nearest_sampler()),
         radiance_before: part.before,
     };
     set.list()
@@ -86,7 +91,10 @@ pub(super) fn pipeline(plan: &Plan, inputs: &Inputs, variant: Variant, part: &Pa
         UNLIT: variant.unlit,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: plan.samples,
         TILE: tiles.tile,
+        DEPTH_BOUNDS: bounds_constant(inputs.bounds.map_or(DepthBounds::Off, |_| tiles.bounds)),
+        DEPTH_SLOTS: tiles.slots,
         LIST_FETCH: list_fetch(tiles),
         LIST_SEEK: tiles.list_seek && constants.seek_for(plan, variant),
         BLENDED: variant.blended,

@@ -20,7 +20,7 @@ use super::{
     radiance_format, read_back, tile_cull, tiled_forward, transparent_compose, transparent_depth,
 };
 use crate::graph::access::FragmentSampled;
-use crate::graph::{ColorAttachment, DepthAttachment, Graph, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{ColorAttachment, DepthAttachment, Graph, ImageHandle, Render, Work};
 use crate::plan::{Clusters, DepthBounds, Plan, Transparency, TransparentLists};
 use crate::shared::{CLUSTER_OF_RANK, CLUSTER_OF_SLICE};
 
@@ -30,8 +30,8 @@ const LAYER_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// What was made for opaque surfaces.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Opaque {
-    /// Lists of bins and of tiles.
-    pub tiles: Option<(Bins, Lists)>,
+    /// Lists of bins and of tiles, and what these know of depths.
+    pub tiles: Option<(Bins, Lists, Option<ImageHandle>)>,
     /// Lists of clusters.
     pub clusters: Option<ClusterLists>,
 }
@@ -54,7 +54,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, target: Io, opa
     let Some(planned) = &plan.transparency else { return target };
     let found = find(graph, plan, scene, planned, target.depth, opaque);
     let extent = [plan.view.width, plan.view.height];
-    let layer = planned.layer.then(|| graph.image("transparent_layer", LAYER_FORMAT, extent, Lifetime::Transient));
+    let layer = planned.layer.then(|| graph.image_of_samples("transparent_layer", LAYER_FORMAT, extent, plan.samples));
     let image = layer.unwrap_or(target.radiance);
     let nothing = FragmentSampled(scene.textures.last().copied().unwrap_or(image), nearest_sampler());
     let part = Part { first: true, last: true, lights: u32::MAX, target: image, before: nothing };
@@ -86,7 +86,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, target: Io, opa
     };
     graph.add("transparent", Work::Render(render));
     match layer {
-        Some(layer) => Io { radiance: transparent_compose::add(graph, plan, target.radiance, layer), ..target },
+        Some(layer) => Io { radiance: transparent_compose::add(graph, plan, scene, target.radiance, layer), ..target },
         None => target,
     }
 }
@@ -122,7 +122,8 @@ fn find<'a>(
     let Some((tiles, handles)) = tiles else { return Found::All };
     // Lists of bins are made for either kind of cells.
     let bins = opaque.tiles.map(|made| made.0).or_else(|| opaque.clusters.and_then(|made| made.bins));
-    let tiled = |lists| Found::Tiles(tiled_forward::Inputs { tiles, handles, lists, prepass: Some(depth) });
+    let tiled =
+        |(lists, bounds)| Found::Tiles(tiled_forward::Inputs { tiles, handles, lists, bounds, prepass: Some(depth) });
     let clustered = |parts, made| Found::Clusters(clustered_forward::Inputs { parts, made, prepass: Some(depth) });
     match (&planned.lists, parts, opaque.clusters, bins) {
         (TransparentLists::Clusters(clusters), Some(parts), Some(made), _) => {
@@ -134,7 +135,7 @@ fn find<'a>(
         (&TransparentLists::Tiles { bounds }, _, _, Some(bins)) => {
             tiled(of_tiles_alone(graph, plan, scene, bins, (depth, bounds)))
         }
-        _ => opaque.tiles.map_or(Found::All, |(_, lists)| tiled(lists)),
+        _ => opaque.tiles.map_or(Found::All, |(_, lists, bounds)| tiled((lists, bounds))),
     }
 }
 
@@ -145,13 +146,13 @@ fn of_tiles_alone(
     scene: &SceneHandles,
     bins: Bins,
     (depth, known): (ImageHandle, DepthBounds),
-) -> Lists {
+) -> (Lists, Option<ImageHandle>) {
     let (Some(tiles), Some(handles)) = (&plan.tiles, &scene.tiles) else { unreachable!("lists of tiles were planned") };
     let bounds = (known != DepthBounds::Off).then(|| {
         let nearest = transparent_depth::add(graph, plan, scene, depth);
         depth_reduce::add(graph, tiles, handles, depth, Samples::Blended(nearest))
     });
-    tile_cull::add(graph, "transparent_tile", tiles, handles, bins, bounds)
+    (tile_cull::add(graph, "transparent_tile", tiles, handles, bins, bounds), bounds.filter(|_| plan.samples > 1))
 }
 
 /// Lists of clusters for blended surfaces: of the flagged ones, or of all.
@@ -167,7 +168,7 @@ fn of_clusters(
     let known = if clusters.keyed { parts.tiles.bounds } else { DepthBounds::Off };
     let candidates = match (&clusters.tree, opaque.tree, opaque.bins) {
         (Some(source), Some(texels), _) => Candidates::Tree(source, texels),
-        (_, _, Some(bins)) => Candidates::Tiles(of_tiles_alone(graph, plan, scene, bins, (depth, known))),
+        (_, _, Some(bins)) => Candidates::Tiles(of_tiles_alone(graph, plan, scene, bins, (depth, known)).0),
         _ => unreachable!("clusters have candidates"),
     };
     let flagged = clusters.keyed.then(|| cluster_flags::add(graph, plan, scene, parts, depth));

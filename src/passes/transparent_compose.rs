@@ -1,25 +1,35 @@
-//! Transparent compose: mixes the layer that blended surfaces were drawn into with the picture, on devices that do not blend 32-bit floats.
+//! Transparent compose: mixes the layer that blended surfaces were drawn into with the picture, on devices that do not blend 32-bit floats; of
+//! several samples a pixel it leaves the mean.
 //!
 //! Reads: radiance, layer (premultiplied by alpha). Writes: radiance in a second image. Limits: the layer holds 11 bits of a colour and at
 //! most 65504. CPU twin: `reference/render.rs`.
 
-use super::{RADIANCE_FORMAT, nearest_sampler};
+use super::{RADIANCE_FORMAT, SceneHandles, nearest_sampler, one_sample, several_samples};
 use crate::graph::access::FragmentSampled;
 use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::shade::transparent_compose;
 
 /// Adds the pass; the mixed picture.
-pub fn add(graph: &mut Graph, plan: &Plan, radiance: ImageHandle, layer: ImageHandle) -> ImageHandle {
+pub fn add(
+    graph: &mut Graph,
+    plan: &Plan,
+    scene: &SceneHandles,
+    radiance: ImageHandle,
+    layer: ImageHandle,
+) -> ImageHandle {
     let extent = [plan.view.width, plan.view.height];
     let mixed = graph.image("radiance_mixed", RADIANCE_FORMAT, extent, Lifetime::Transient);
+    let sampled = |image| FragmentSampled(image, nearest_sampler());
     let set = transparent_compose::Bindings {
-        radiance: FragmentSampled(radiance, nearest_sampler()),
-        transparent_layer: FragmentSampled(layer, nearest_sampler()),
+        radiance: sampled(one_sample(graph, scene, radiance)),
+        transparent_layer: sampled(one_sample(graph, scene, layer)),
+        radiance_samples: several_samples(graph, radiance).map(sampled),
+        layer_samples: several_samples(graph, layer).map(sampled),
     };
     let pipeline = GraphicsPipeline {
         program: &transparent_compose::PROGRAM,
-        constants: Vec::new(),
+        constants: transparent_compose::Spec { SAMPLES: plan.samples }.values(),
         colors: vec![RADIANCE_FORMAT],
         blend: Blend::Replace,
         depth: None,

@@ -6,26 +6,26 @@
 
 use super::depth_prepass::COMPARE;
 use super::resources::blended;
-use super::{DEPTH_FORMAT, SceneHandles, nearest_sampler};
+use super::{DEPTH_FORMAT, SceneHandles, nearest_sampler, one_sample, several_samples};
 use crate::graph::access::{FragmentSampled, VertexStorageRead, VertexUniform};
-use crate::graph::{
-    Blend, DepthAttachment, DepthState, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work,
-};
+use crate::graph::{Blend, DepthAttachment, DepthState, Draw, Graph, GraphicsPipeline, ImageHandle, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::depth::transparent_depth;
 
 /// Adds the pass; the image of depths.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, opaque: ImageHandle) -> ImageHandle {
     let extent = [plan.view.width, plan.view.height];
-    let depth = graph.image("transparent_depth", DEPTH_FORMAT, extent, Lifetime::Transient);
+    let depth = graph.image_of_samples("transparent_depth", DEPTH_FORMAT, extent, plan.samples);
     let set = transparent_depth::Bindings {
         frame: VertexUniform(scene.frame),
         instances: VertexStorageRead(scene.instances),
-        opaque_depth: FragmentSampled(opaque, nearest_sampler()),
+        // Of several samples the other binding is read.
+        opaque_depth: FragmentSampled(one_sample(graph, scene, opaque), nearest_sampler()),
+        opaque_samples: several_samples(graph, opaque).map(|image| FragmentSampled(image, nearest_sampler())),
     };
     let pipeline = GraphicsPipeline {
         program: &transparent_depth::PROGRAM,
-        constants: Vec::new(),
+        constants: transparent_depth::Spec { SAMPLES: plan.samples }.values(),
         colors: Vec::new(),
         blend: Blend::Replace,
         depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),

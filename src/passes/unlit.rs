@@ -48,6 +48,7 @@ fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
         UNLIT: true,
         MIRRORED_LENS: plan.view.lens.mirrors(),
         PERSPECTIVE: plan.view.lens.is_perspective(),
+        SAMPLES: plan.samples,
     };
     GraphicsPipeline {
         program: &unlit::PROGRAM,

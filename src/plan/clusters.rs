@@ -35,6 +35,8 @@ pub struct Clusters {
     pub tells_normals: bool,
     /// Clusters are made of the samples that a pre-pass leaves; else every slice of every tile is one.
     pub keyed: bool,
+    /// They are those that samples or fragments flag: the place of each among them is looked up by its slice, not by pixel.
+    pub flagged: bool,
     /// Tiles have several blocks, whose keys are sorted and merged; else keys ascend from the start.
     pub merged: bool,
     /// Bits of a key.
@@ -84,10 +86,15 @@ impl Clusters {
         // Fewer directions first, then fewer slices with all directions again. Without a sample there are none.
         let directions: &[u32] = if request.cluster_normals && request.prepass { &directions::BITS } else { &[0] };
         let sliced = slicings(request, tiles, view, extent).into_iter();
+        let several = request.msaa > 1;
         for sliced in
             sliced.flat_map(|grid| directions.iter().map(move |&direction_bits| ClusterGrid { direction_bits, ..grid }))
         {
             let mut clusters = Self::sized(request, tiles, view, &reaches, sliced);
+            if several && clusters.keyed {
+                // Several samples of a pixel may lie in several clusters.
+                clusters = clusters.flagged_ones(tiles, true);
+            }
             let source = clusters.check(tiles, limits).and_then(|()| {
                 clusters.longest_list = longest::longest_list(tiles, &clusters.slices, limits);
                 assign::source(request, tiles, &clusters, limits)
@@ -140,6 +147,7 @@ impl Clusters {
             key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
             bounds: request.cluster_bounds_or_default(),
             tells_normals: direction_bits > 0,
+            flagged: false,
             merged: keyed && parts > 1,
             longest_list: 0,
             words_by_texel: false,
@@ -158,6 +166,10 @@ impl Clusters {
         // Cells, counts and offsets.
         let assigned = clusters * (4 * u64::from(self.cells()[1]) + 2) + self.pairs;
         let keys = blocks * (u64::from(self.grid.block_keys) + 2) + clusters;
+        if self.flagged {
+            // Flags, their offsets, keys and places.
+            return 4 * (assigned + 4 * clusters) + self.tree.as_ref().map_or(0, TreeSource::bytes);
+        }
         let boxes = if self.bounds == ClusterBounds::Explicit { entries * u64::from(BOX_WORDS) } else { 0 };
         // Keys with origins, sorted; two buffers of pairs; heads and their offsets; clusters of entries.
         let sorted = if self.merged { entries * 11 + boxes } else { entries };
@@ -190,21 +202,27 @@ impl Clusters {
     /// # Errors
     /// Clusters that pass a limit of the device.
     pub(super) fn for_blended(&self, tiles: &Tiles, flagged: bool, limits: &Limits) -> Result<Self> {
+        let mut clusters = self.flagged_ones(tiles, flagged);
+        clusters.check(tiles, limits)?;
+        clusters.tree = self.tree.as_ref().map(|_| TreeSource::new(tiles, &clusters, limits)).transpose()?;
+        clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
+        Ok(clusters)
+    }
+
+    /// The same slices with clusters that are flagged, or with all of them.
+    fn flagged_ones(&self, tiles: &Tiles, flagged: bool) -> Self {
         let dense = u64::from(tiles.count_tiles()) * u64::from(self.grid.slices);
-        let mut clusters = Self {
+        Self {
             grid: ClusterGrid { capacity: saturated(dense), entry_capacity: 0, ..self.grid },
             directions: Vec::new(),
             bounds: ClusterBounds::Implicit,
             tells_normals: false,
             keyed: flagged,
+            flagged,
             merged: false,
             pairs: pairs(&reaches(tiles), &self.slices, 0, self.grid.slices),
             ..self.clone()
-        };
-        clusters.check(tiles, limits)?;
-        clusters.tree = self.tree.as_ref().map(|_| TreeSource::new(tiles, &clusters, limits)).transpose()?;
-        clusters.words_by_texel = clusters.most_list_words() <= limits.max_texel_elements;
-        Ok(clusters)
+        }
     }
 
     /// What slices span, and after it what directions do: a texel each, and two.
@@ -252,6 +270,7 @@ impl Clusters {
         let depth = if self.grid.slice_top == 0 { "linear".to_string() } else { format!("{octave} an octave") };
         let fewer = if coarser { ", as many as this device's buffers hold lists for" } else { "" };
         let keys = match (self.keyed, self.merged) {
+            _ if self.flagged => "samples flag their clusters",
             (false, _) => "every slice of every tile is a cluster",
             (true, false) => "a tile is one block and keys ascend: no sort",
             (true, true) => "a tile has several blocks: keys are sorted and merged",

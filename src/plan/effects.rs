@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::materials::{HEIGHT_MAP, NORMAL_MAP};
 use super::{DepthBounds, GbufferLayout, Plan, Request, Technique};
-use super::{gbuffer, transparency};
+use super::{gbuffer, samples, transparency};
 use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
 
@@ -39,6 +39,7 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
         parallax(plan, scene, on_device),
         material_models(plan, scene),
         alpha_mask(scene),
+        samples::effect(plan, request),
         transparency::effect(plan, scene),
     ]
 }

@@ -152,6 +152,13 @@ fn pixels_a_thread(plan: &Plan, request: &Request, limits: &Limits) -> Result<u3
             "--pixels-a-thread 4 needs lists that hold little in vain: --cull frustum-aabb, a pre-pass, and depth bounds",
         ));
     }
+    if plan.samples > 1 {
+        // Pixels differ in how many of their samples are lit.
+        return match request.pixels_a_thread {
+            Some(4) => Err(Error::usage("--pixels-a-thread 4 lights one sample a pixel; --msaa asks for more")),
+            _ => Ok(1),
+        };
+    }
     let profile = limits.profile.clone().unwrap_or_default();
     let quicker = if !seeks && profile.shared_pair < profile.deferred_pair { 4 } else { 1 };
     Ok(request.pixels_a_thread.unwrap_or(quicker))
@@ -176,6 +183,13 @@ fn light_pass(plan: &mut Plan, request: &Request, extent: f64, limits: &Limits) 
     let mut form = request.deferred_lights;
     // Every device blends into 16-bit floats (Vulkan 1.3, "Required Format Support").
     let blends = limits.float_blend || request.accumulation == Accumulation::F16;
+    if form == DeferredLights::Volumes && plan.samples > 1 {
+        let count = plan.samples;
+        plan.notes.push(format!(
+            "--msaa {count}: light volumes add up one sample a pixel, --deferred-lights fullscreen-branch stands in for them"
+        ));
+        form = DeferredLights::FullscreenBranch;
+    }
     if form == DeferredLights::Volumes && !blends {
         plan.notes.push(
             "this device cannot blend into 32-bit floats: --deferred-lights fullscreen-branch stands in for volumes, to the same bits up to what f32 holds"

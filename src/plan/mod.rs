@@ -18,6 +18,7 @@ pub mod materials;
 pub mod profile;
 pub mod projection;
 mod request;
+pub mod samples;
 pub mod tiles;
 pub mod transparency;
 
@@ -134,6 +135,7 @@ impl Plan {
         let lighting = Lighting::new(scene, &request.rules)?;
         note_lighting(&lighting, &mut notes);
         let technique = request.technique;
+        let samples = samples::decide(request, limits, &mut notes)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let materials = materials::Materials::new(scene, request.shading, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
@@ -141,7 +143,7 @@ impl Plan {
         let clustered = technique.clusters();
         let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
         clusters::check_normals(technique, request)?;
-        let request = &clusters::asked(technique, Request { prepass, ..request.clone() })?;
+        let request = &clusters::asked(technique, Request { prepass, msaa: samples, ..request.clone() })?;
         let extent = extent(scene, &view);
         let mut tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;
         let cut = tiles.as_ref().filter(|_| clustered);
@@ -160,7 +162,7 @@ impl Plan {
             shading: request.shading,
             view,
             prepass,
-            samples: 1,
+            samples,
             lights,
             tiles,
             clusters,
@@ -178,6 +180,7 @@ impl Plan {
         tiles::check_reduction(&plan, request)?;
         plan.deferred = Deferred::new(&mut plan, request, extent, limits)?;
         plan.light_parts = LightParts::new(&mut plan, limits)?;
+        samples::check(&plan, request, limits)?;
         plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
         plan.effects = effects::decide(&plan, scene, request);
@@ -223,6 +226,11 @@ impl Plan {
 
     /// Bytes of the attachments that a frame needs.
     pub fn attachment_bytes(&self) -> u64 {
+        self.attachment_bytes_of(self.samples)
+    }
+
+    /// The same with so many samples a pixel.
+    fn attachment_bytes_of(&self, samples: u32) -> u64 {
         let halves = self.deferred.as_ref().is_some_and(|d| d.accumulation == Accumulation::F16);
         let colors = match (self.shows_surfaces(), halves) {
             (true, _) => 4 * RADIANCE_BYTES,
@@ -231,8 +239,31 @@ impl Plan {
             (false, false) => RADIANCE_BYTES * u64::from(self.light_parts.count.min(2)),
         };
         let gbuffer = self.deferred.as_ref().filter(|_| !self.shows_surfaces());
-        let gbuffer = gbuffer.map_or(0, |d| d.gbuffer.texel_bytes());
-        self.pixels() * (colors + DEPTH_BYTES + gbuffer)
+        let stored = gbuffer.map_or(0, |d| d.gbuffer.texel_bytes());
+        let samples = u64::from(samples);
+        if samples == 1 {
+            return self.pixels() * (colors + DEPTH_BYTES + stored);
+        }
+        // Samples and the picture that they make; a deferred one has samples of its own only where something is drawn over it.
+        let sampled = match gbuffer {
+            None => samples * colors,
+            Some(_) if self.draws_over() => 2 * samples * colors,
+            Some(_) => 0,
+        };
+        // Which pixels' samples differ.
+        let edges = if gbuffer.is_some() { 4 } else { 0 };
+        self.pixels() * (colors + sampled + edges + samples * (DEPTH_BYTES + stored))
+    }
+
+    /// A deferred technique leaves the samples of each pixel, because something is drawn over them.
+    pub fn spreads_samples(&self) -> bool {
+        self.samples > 1 && self.deferred.is_some() && self.draws_over()
+    }
+
+    /// Something is drawn over the picture of a deferred technique.
+    pub fn draws_over(&self) -> bool {
+        let unlit = self.geometry.draws.iter().any(|draw| draw.variant.unlit);
+        unlit || !self.geometry.blended.is_empty() || !self.markers.is_empty()
     }
 
     /// Bytes of every buffer and texture that is filled before the first frame.

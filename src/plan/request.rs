@@ -327,6 +327,10 @@ pub struct Request {
     pub pixels_a_thread: Option<u32>,
     /// What light volumes add in.
     pub accumulation: Accumulation,
+    /// Samples a pixel: 1, 2, 4 or 8.
+    pub msaa: u32,
+    /// What this device lacks is refused instead of replaced.
+    pub strict: bool,
     /// What lists of blended surfaces know of depths; `None`: what is best where there are lists.
     pub transparent_bounds: Option<TransparentBounds>,
     /// What of blended surfaces is put in order.
@@ -362,6 +366,8 @@ impl Default for Request {
             group_a_tile: None,
             pixels_a_thread: None,
             accumulation: Accumulation::F32,
+            msaa: 1,
+            strict: false,
             transparent_bounds: None,
             transparent_sort: TransparentSort::Object,
             show_lights: false,

@@ -13,6 +13,7 @@ use super::smooth::Groups;
 use super::surface::{Face, Fragment, Placement, Surface, Weights};
 use super::texture::Textures;
 use crate::error::{Error, Result};
+use crate::math::samples::locations;
 use crate::scene::view::View;
 use crate::scene::{AlphaMode, Material, Scene};
 
@@ -27,6 +28,8 @@ pub struct Reference<'a> {
     /// One a triangle of the hierarchy.
     owners: Vec<Owner>,
     any_blended: bool,
+    /// Views whose pixels have the places of samples in their middle; empty for one sample a pixel.
+    sample_views: Vec<View>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -106,30 +109,49 @@ impl<'a> Reference<'a> {
             placements,
             bvh: Bvh::new(corners),
             owners,
+            sample_views: Vec::new(),
             any_blended: scene.materials.iter().any(|material| material.alpha == AlphaMode::Blend),
         })
     }
 
+    /// The same with a ray for each of so many samples of a pixel: colours are their mean, the rest is that of the centre.
+    pub fn of_samples(mut self, samples: u32) -> Self {
+        let moved = |place: &[u32; 2]| {
+            let [x, y] = place.map(|sixteenths| f64::from(sixteenths) / 16.0 - 0.5);
+            self.view.moved(x, y)
+        };
+        self.sample_views = if samples == 1 { Vec::new() } else { locations(samples).iter().map(moved).collect() };
+        self
+    }
+
     /// The opaque surface under the centre of a pixel, row 0 at the top.
     pub fn surface(&self, x: u32, y: u32) -> Option<Hit> {
-        let ray = self.ray(x, y);
-        let exists = |crossing: &Crossing| !self.blends(crossing) && self.exists([x, y], ray.direction, crossing);
+        self.surface_in(&self.view, [x, y])
+    }
+
+    fn surface_in(&self, view: &View, at: [u32; 2]) -> Option<Hit> {
+        let ray = ray(view, at);
+        let exists = |crossing: &Crossing| !self.blends(crossing) && self.exists(view, at, ray.direction, crossing);
         let crossing = self.bvh.nearest(&ray, exists)?;
-        Some(self.hit([x, y], &ray, &crossing))
+        Some(self.hit(view, at, &ray, &crossing))
     }
 
     /// The blended surfaces in front of the opaque one, farthest first.
     pub fn blended(&self, x: u32, y: u32) -> Vec<Hit> {
+        self.blended_in(&self.view, [x, y])
+    }
+
+    fn blended_in(&self, view: &View, at: [u32; 2]) -> Vec<Hit> {
         if !self.any_blended {
             return Vec::new();
         }
-        let mut ray = self.ray(x, y);
-        ray.max = self.surface(x, y).map_or(ray.max, |opaque| opaque.depth);
-        let exists = |crossing: &Crossing| self.blends(crossing) && self.exists([x, y], ray.direction, crossing);
+        let mut ray = ray(view, at);
+        ray.max = self.surface_in(view, at).map_or(ray.max, |opaque| opaque.depth);
+        let exists = |crossing: &Crossing| self.blends(crossing) && self.exists(view, at, ray.direction, crossing);
         let mut crossings = self.bvh.all(&ray, exists);
         // A ray through an edge meets both triangles of it; the surface is there once.
         crossings.dedup_by(|b, a| self.is_same_point(&ray, a, b));
-        crossings.iter().map(|crossing| self.hit([x, y], &ray, crossing)).collect()
+        crossings.iter().map(|crossing| self.hit(view, at, &ray, crossing)).collect()
     }
 
     fn is_same_point(&self, ray: &Ray, a: &Crossing, b: &Crossing) -> bool {
@@ -139,15 +161,9 @@ impl<'a> Reference<'a> {
         on_edge && instance(a) == instance(b) && (a.t - b.t).abs() <= 1e-9 * a.t.abs() && back(a) == back(b)
     }
 
-    fn ray(&self, x: u32, y: u32) -> Ray {
-        let (origin, direction) = self.view.ray(f64::from(x), f64::from(y));
-        // The direction has z = -1 and the origin z = 0, so the parameter of the ray is the depth.
-        Ray { origin, direction, min: self.view.znear, max: self.view.zfar.unwrap_or(f64::INFINITY) }
-    }
-
-    fn hit(&self, pixel: [u32; 2], ray: &Ray, crossing: &Crossing) -> Hit {
+    fn hit(&self, view: &View, pixel: [u32; 2], ray: &Ray, crossing: &Crossing) -> Hit {
         let position = ray.origin + ray.direction * crossing.t;
-        let surface = self.fragment(pixel, ray.direction, crossing).surface(position);
+        let surface = self.fragment(view, pixel, ray.direction, crossing).surface(position);
         let instance = self.owners[crossing.triangle as usize].instance;
         Hit { surface, triangle: crossing.triangle, instance, depth: crossing.t }
     }
@@ -157,7 +173,7 @@ impl<'a> Reference<'a> {
         let View { width, height, .. } = self.view;
         let done = AtomicU64::new(0);
         let row = |y: u32| {
-            let row: Vec<Pixel> = (0..width).map(|x| self.mixed([x, y], shader)).collect();
+            let row: Vec<Pixel> = (0..width).map(|x| self.sampled([x, y], shader)).collect();
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
             row
         };
@@ -178,10 +194,21 @@ impl<'a> Reference<'a> {
         picture
     }
 
+    /// The mean of a pixel's samples.
+    fn sampled(&self, at: [u32; 2], shader: &Shader) -> Pixel {
+        let (centre, depth, id) = self.mixed(&self.view, at, shader);
+        if self.sample_views.is_empty() {
+            return (centre, depth, id);
+        }
+        let of = |view: &View| DVec4::from_array(self.mixed(view, at, shader).0);
+        let mean = self.sample_views.iter().map(of).sum::<DVec4>() / self.sample_views.len() as f64;
+        (mean.to_array(), depth, id)
+    }
+
     /// The opaque surface of a pixel with the blended ones over it.
-    fn mixed(&self, [x, y]: [u32; 2], shader: &Shader) -> Pixel {
-        let opaque = self.pixel(self.surface(x, y), shader);
-        self.blended(x, y).iter().fold(opaque, |(rgba, depth, id), hit| {
+    fn mixed(&self, view: &View, at: [u32; 2], shader: &Shader) -> Pixel {
+        let opaque = self.pixel(self.surface_in(view, at), shader);
+        self.blended_in(view, at).iter().fold(opaque, |(rgba, depth, id), hit| {
             let alpha = hit.surface.alpha.clamp(0.0, 1.0);
             let color = (shader.radiance(&hit.surface) * alpha).extend(alpha);
             let mixed = color + DVec4::from_array(rgba) * (1.0 - alpha);
@@ -211,13 +238,13 @@ impl<'a> Reference<'a> {
     }
 
     /// False for the back of a single-sided material and for what the alpha mask cuts out.
-    fn exists(&self, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> bool {
+    fn exists(&self, view: &View, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> bool {
         let material = self.material(crossing);
         if !material.double_sided && self.face(direction, crossing.triangle).back {
             return false;
         }
         match material.alpha {
-            AlphaMode::Mask(cutoff) => self.fragment(pixel, direction, crossing).base().w >= f64::from(cutoff),
+            AlphaMode::Mask(cutoff) => self.fragment(view, pixel, direction, crossing).base().w >= f64::from(cutoff),
             AlphaMode::Opaque | AlphaMode::Blend => true,
         }
     }
@@ -227,7 +254,7 @@ impl<'a> Reference<'a> {
         Face::new(self.bvh.corners(triangle), self.placements[instance].mirrored, direction)
     }
 
-    fn fragment(&self, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> Fragment<'_> {
+    fn fragment(&self, view: &View, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> Fragment<'_> {
         let Owner { instance, triangle, .. } = self.owners[crossing.triangle as usize];
         let mesh = &self.scene.meshes[self.scene.instances[instance as usize].mesh];
         let first = triangle as usize * 3;
@@ -237,23 +264,29 @@ impl<'a> Reference<'a> {
             placement: &self.placements[instance as usize],
             textures: &self.textures,
             vertices: [0, 1, 2].map(|k| mesh.indices[first + k] as usize),
-            weights: self.weights(pixel, crossing),
+            weights: self.weights(view, pixel, crossing),
             face: self.face(direction, crossing.triangle),
-            to_viewer: if self.view.lens.is_perspective() { -direction.normalize() } else { DVec3::Z },
+            to_viewer: if view.lens.is_perspective() { -direction.normalize() } else { DVec3::Z },
         }
     }
 
     /// With the differences that a fragment shader's fine derivatives give: within the 2 x 2 quad that starts at even
     /// coordinates, right minus left in the pixel's own row and lower minus upper in its own column.
-    fn weights(&self, [x, y]: [u32; 2], crossing: &Crossing) -> Weights {
+    fn weights(&self, view: &View, [x, y]: [u32; 2], crossing: &Crossing) -> Weights {
         let corners = self.bvh.corners(crossing.triangle);
         let toward = |i: u32| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let difference = |dx: f64, dy: f64| {
-            let (origin, direction) = self.view.ray(f64::from(x) + dx, f64::from(y) + dy);
+            let (origin, direction) = view.ray(f64::from(x) + dx, f64::from(y) + dy);
             (plane_weights(origin, direction, corners) - crossing.weights) * (dx + dy)
         };
         Weights { at: crossing.weights, dx: difference(toward(x), 0.0), dy: difference(0.0, toward(y)) }
     }
+}
+
+fn ray(view: &View, [x, y]: [u32; 2]) -> Ray {
+    let (origin, direction) = view.ray(f64::from(x), f64::from(y));
+    // The direction has z = -1 and the origin z = 0, so the parameter of the ray is the depth.
+    Ray { origin, direction, min: view.znear, max: view.zfar.unwrap_or(f64::INFINITY) }
 }
 
 #[cfg(test)]
@@ -449,7 +482,7 @@ mod tests {
             let (origin, direction) = view.ray(f64::from(x), f64::from(y));
             let corners = reference.bvh.corners(0);
             let crossing = Crossing { triangle: 0, t: 0.0, weights: plane_weights(origin, direction, corners) };
-            reference.weights([x, y], &crossing)
+            reference.weights(&reference.view, [x, y], &crossing)
         };
         let [left, right, next] = [2, 3, 4].map(|x| weights(x, 3));
         assert!((left.dx - (right.at - left.at)).length() < 1e-12);

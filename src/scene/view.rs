@@ -139,6 +139,20 @@ impl View {
         DVec2::new(e.left + (e.right - e.left) * u, e.top + (e.bottom - e.top) * v)
     }
 
+    /// The view whose pixels have in their middle what is so many pixels to the right and down in this one.
+    pub fn moved(&self, right: f64, down: f64) -> Self {
+        let shift = |e: Extents| {
+            let across = right * (e.right - e.left) / f64::from(self.width);
+            let along = down * (e.bottom - e.top) / f64::from(self.height);
+            Extents { left: e.left + across, right: e.right + across, bottom: e.bottom + along, top: e.top + along }
+        };
+        let lens = match self.lens {
+            Lens::Perspective(extents) => Lens::Perspective(shift(extents)),
+            Lens::Orthographic(extents) => Lens::Orthographic(shift(extents)),
+        };
+        Self { lens, ..self.clone() }
+    }
+
     /// Origin and (unnormalised, z = -1) direction of the ray through a pixel's centre, in view space.
     pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
         let p = self.image_point(x, y);

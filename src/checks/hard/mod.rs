@@ -2,7 +2,7 @@
 
 pub mod cones;
 pub mod culling;
-mod fixtures;
+pub(super) mod fixtures;
 pub mod nodes;
 pub mod parts;
 pub mod ranges;

@@ -6,6 +6,7 @@ mod keys;
 mod lights;
 mod materials;
 mod million;
+mod msaa;
 mod output;
 mod path;
 mod prepass;
@@ -41,9 +42,9 @@ struct Experiment {
     run: fn(&Runner) -> Result<Outcome>,
 }
 
-const EXPERIMENTS: [Experiment; 10] = [
+const EXPERIMENTS: [Experiment; 11] = [
     Experiment { name: BenchName::Ceiling, share: 0.02, run: ceiling::run },
-    Experiment { name: BenchName::Lights, share: 0.30, run: lights::run },
+    Experiment { name: BenchName::Lights, share: 0.26, run: lights::run },
     Experiment { name: BenchName::Prepass, share: 0.05, run: prepass::run },
     Experiment { name: BenchName::Tiles, share: 0.10, run: tiles::run },
     Experiment { name: BenchName::Resolution, share: 0.11, run: resolution::run },
@@ -52,6 +53,7 @@ const EXPERIMENTS: [Experiment; 10] = [
     Experiment { name: BenchName::Million, share: 0.10, run: million::run },
     Experiment { name: BenchName::Transparency, share: 0.05, run: transparency::run },
     Experiment { name: BenchName::Materials, share: 0.05, run: materials::run },
+    Experiment { name: BenchName::Msaa, share: 0.04, run: msaa::run },
 ];
 
 /// Runs the experiment, or all of them.

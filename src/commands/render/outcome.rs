@@ -100,7 +100,7 @@ pub(super) fn draw(
 
 /// Traces on the CPU.
 pub(super) fn trace(scene: &Scene, plan: &Plan, (started, mut process): Watch) -> Result<Outcome> {
-    let reference = Reference::new(scene, &plan.view)?;
+    let reference = Reference::new(scene, &plan.view)?.of_samples(plan.samples);
     let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
     let bar = measured::progress(u64::from(plan.view.height), "tracing rows");
     let start = Instant::now();

@@ -1,7 +1,7 @@
 //! What clusters take of a request's options, and which of them they refuse.
 
 use crate::error::{Error, Result};
-use crate::plan::{AssignChoice, DepthBounds, GbufferLayout, Request, Technique};
+use crate::plan::{AssignChoice, ClusterBounds, DepthBounds, GbufferLayout, Request, Technique};
 
 /// The request as tiles get it: clusters know depths better than a mask, so their candidates have one only where it is asked for.
 ///
@@ -26,6 +26,25 @@ pub(in crate::plan) fn asked(technique: Technique, request: Request) -> Result<R
         // Lists of tiles alone know depth bounds.
         (AssignChoice::Auto, Some(_)) | (AssignChoice::Tiles, _) => AssignChoice::Tiles,
     };
+    if request.msaa > 1 && technique.clusters() {
+        let refused = |option: &str| {
+            let count = request.msaa;
+            Err(Error::usage(format!(
+                "{option} knows one sample a pixel: clusters of {count} are flagged by their samples"
+            )))
+        };
+        if let Some(bounds) = bounded {
+            return refused(&format!("--depth-bounds {}", bounds.name()));
+        }
+        if request.cluster_bounds == Some(ClusterBounds::Explicit) {
+            return refused("--cluster-bounds explicit");
+        }
+        if request.cluster_normals {
+            return refused("--cluster-normals");
+        }
+        // A position between samples may lie between their depths.
+        return Ok(Request { depth_bounds: Some(DepthBounds::Off), assign, ..request });
+    }
     let least = technique.clusters().then_some(DepthBounds::MinMax);
     Ok(Request { depth_bounds: request.depth_bounds.or(least), assign, ..request })
 }
