@@ -18,7 +18,7 @@ void main() {
     if (SAMPLES > 1u) {
         // Of the position that is shaded, which need not be the middle of the pixel.
         depth = depth_of_distance(-s.position.z);
-        if (cluster_of(uvec2(gl_FragCoord.xy), depth) == NO_CLUSTER) {
+        if (!gl_HelperInvocation && cluster_of(uvec2(gl_FragCoord.xy), depth) == NO_CLUSTER) {
             out_radiance = shade_unlisted(s);
             return;
         }

@@ -18,7 +18,7 @@ layout(location = 0) out vec4 out_radiance;
 void main() {
     Surface s = read_surface();
     uvec2 at = uvec2(gl_FragCoord.xy) / TILE;
-    if (!is_listed(at, -s.position.z)) {
+    if (!gl_HelperInvocation && !is_listed(at, -s.position.z)) {
         out_radiance = shade_unlisted(s);
         return;
     }
