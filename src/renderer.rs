@@ -227,7 +227,7 @@ fn upload(
     uploader.buffer(queue, realized.buffer(handles.indices), cast_slice(&plan.geometry.index_data(scene)))?;
     if let (Some(tiles), Some(tile_handles)) = (&plan.tiles, &handles.tiles) {
         uploader.buffer(queue, realized.buffer(tile_handles.grid), bytes_of(&tiles.grid))?;
-        uploader.buffer(queue, realized.buffer(tile_handles.lights), cast_slice(&tiles.lights))?;
+        uploader.buffer(queue, realized.buffer(tile_handles.lights), cast_slice(&tiles.cull_data()))?;
         uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
         uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
     }

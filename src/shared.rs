@@ -227,6 +227,8 @@ pub const LIST_CHUNK: u32 = 8192;
 /// the way to it may be off (metres); tile rectangle (first and last column, first
 /// and last row; empty where first passes last).
 pub const CULL_TEXELS: u32 = 3;
+/// Texels a light of the cones behind them: axis and metres that the box grows by; cosine (-1: no cone) and sine of the half angle.
+pub const CONE_TEXELS: u32 = 2;
 /// Farthest distance that bounds can say, metres: products with it stay finite.
 pub const FAR_LIMIT: f32 = 1e18;
 /// Relative widening of the distances between which a tile's samples lie: 2^-20.

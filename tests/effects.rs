@@ -41,3 +41,8 @@ fn t7_a_far_wall_in_one_sample_of_four() {
 fn samples_are_lit_one_by_one_where_they_differ() {
     run("msaa_edges");
 }
+
+#[test]
+fn spot_lights_are_culled_by_their_cones() {
+    run("spot_lists");
+}

@@ -2,6 +2,7 @@
 // reference/cluster_assign.rs.
 #include "cull_lights.glsl"
 #include "cull.glsl"
+#include "cull_cone.glsl"
 #include "cluster_cells.glsl"
 #include "cluster_thread.glsl"
 
@@ -86,6 +87,9 @@ bool touches(Cell cell, uint light) {
         y = edge_interval(grid.data, y.x, y.y, near, far);
     }
     bool inside = near <= far && box_distance2(x, y, vec2(near, far), sphere.xyz) <= sphere.w;
+    if (CULL_CONES) {
+        inside = inside && cone_reaches(grid.data.light_count, light, x, y, vec2(near, far));
+    }
     if (BY_NORMAL) {
         inside = inside && most_facing(cell, x, y, vec2(near, far), sphere.xyz) >= -extent.w;
     }

@@ -1,6 +1,8 @@
 // Whether a light reaches a tile. Comes after cull_lights.glsl, cull.glsl and the declarations of CULL, `grid` and `tile_edges`: columns
 // and then rows, one more than there are tiles, (tangent, normal across, normal along z, offset). CPU twin: reference/tile_cull.rs.
 
+#include "cull_cone.glsl"
+
 struct TileEdges {
     vec4 left;
     vec4 right;
@@ -30,6 +32,9 @@ bool reaches_tile(TileEdges edges, uvec2 tile, uint light, vec4 sphere, float ra
         vec2 x = edge_interval(grid.data, edges.left.x, edges.right.x, distances.x, distances.y);
         vec2 y = edge_interval(grid.data, edges.top.x, edges.bottom.x, distances.x, distances.y);
         inside = inside && box_distance2(x, y, distances, sphere.xyz) <= sphere.w;
+        if (CULL_CONES) {
+            inside = inside && cone_reaches(grid.data.light_count, light, x, y, distances);
+        }
     }
     return inside;
 }

@@ -105,6 +105,7 @@ fn twin(tiles: &Tiles, bounds: &[TileBounds]) -> Lists {
     tile_cull::run(&tile_cull::Inputs {
         grid: &tiles.grid,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         cull: passes::tile_cull::cull_constant(tiles.cull),
         depth_bounds: passes::depth_reduce::bounds_constant(tiles.bounds),

@@ -189,6 +189,7 @@ fn unlike_twin(made: &Made) -> Result<usize> {
         clusters: cut,
         slices: &clusters.slices,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         tile_lists: &made.tile_lists,
         keys: clusters.keyed.then_some(&twin.keys[..]),

@@ -118,6 +118,7 @@ fn twin(plan: &Plan, made: &Made) -> (Vec<[u32; 4]>, [Lists; 2]) {
     let inputs = tile_cull::Inputs {
         grid: &tiles.grid,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         cull: passes::tile_cull::cull_constant(tiles.cull),
         depth_bounds: passes::depth_reduce::bounds_constant(tiles.bounds),

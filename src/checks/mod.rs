@@ -17,6 +17,7 @@ mod octahedral;
 mod oracle;
 mod prims;
 mod shapes;
+mod spots;
 mod textured;
 mod transparent;
 mod waste;
@@ -106,6 +107,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("material_modes", textured::modes),
     ("parallax", textured::parallax),
     ("material_models", textured::material_models),
+    ("spot_lists", spots::spot_lists),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

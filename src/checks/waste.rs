@@ -245,6 +245,7 @@ fn culling_tests(renderer: &Renderer, scene: &Scene, base: &Request, most: f64) 
         let lists = tile_cull::run(&tile_cull::Inputs {
             grid: &tiles.grid,
             lights: &tiles.lights,
+            cones: &tiles.cones,
             edges,
             cull,
             depth_bounds: shared::BOUNDS_MIN_MAX,
@@ -303,6 +304,7 @@ fn masked(plan: &Plan, made: &Made, slots: u32) -> Result<[f64; 2]> {
     let inputs = tile_cull::Inputs {
         grid: &tiles.grid,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         cull: shared::CULL_PLANES_BOX,
         depth_bounds: shared::BOUNDS_MASK,

@@ -76,6 +76,23 @@ pub fn edge_interval(grid: &TileGrid, first: f32, last: f32, near: f32, far: f32
     [a.min(b).min(c.min(d)), a.max(b).max(c.max(d))]
 }
 
+/// False where the cone of a light cannot reach a box; texels as `glsl/inc/cull_cone.glsl` has them.
+pub fn cone_reaches(cone: &[[f32; 4]], apex: [f32; 3], [x, y, distances]: [[f32; 2]; 3]) -> bool {
+    let ([ax, ay, az, slack], [cosine, sine, ..]) = (cone[0], cone[1]);
+    let half = [x[1] - x[0], y[1] - y[0], distances[1] - distances[0]].map(|size| size * 0.5);
+    let center = [x[0] + x[1], y[0] + y[1], -(distances[0] + distances[1])].map(|sum| sum * 0.5);
+    let v = [center[0] - apex[0], center[1] - apex[1], center[2] - apex[2]];
+    let most = half[0].max(half[1].max(half[2]));
+    let least = half[0].min(half[1].min(half[2]));
+    let middle = (half[0] + half[1] + half[2]) - most - least;
+    let radius = most + middle * 0.41422 + least * 0.31784;
+    let c = [v[1] * az - v[2] * ay, v[2] * ax - v[0] * az, v[0] * ay - v[1] * ax];
+    let across2 = (c[0] * c[0] + c[1] * c[1]) + c[2] * c[2];
+    let along = (v[0] * ax + v[1] * ay) + v[2] * az;
+    let reach = ((radius + slack) + along * sine) * 1.00001;
+    !(cosine > 0.0 && (reach < 0.0 || (cosine * cosine) * across2 > reach * reach))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

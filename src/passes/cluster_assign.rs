@@ -153,6 +153,7 @@ fn from_tiles(graph: &mut Graph, inputs: &Inputs, tile_lists: Lists, counted: &C
     };
     let spec = cluster_count::Spec {
         CULL_FETCH: cull_fetch(inputs.tiles),
+        CULL_CONES: !inputs.tiles.cones.is_empty(),
         LIST_FETCH: list_fetch(inputs.tiles),
         EXPLICIT: explicit(inputs.clusters),
         BY_NORMAL: inputs.clusters.by_normal(),

@@ -70,6 +70,7 @@ fn count(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, counts: Buffer
     };
     let spec = cluster_walk_count::Spec {
         CULL_FETCH: cull_fetch(assign.tiles),
+        CULL_CONES: !assign.tiles.cones.is_empty(),
         EXPLICIT: explicit(assign.clusters),
         CULL: cull_constant(assign.tiles.cull),
         TREE_FETCH: tree_fetch(&source.tree),
@@ -95,6 +96,7 @@ fn fill(graph: &mut Graph, inputs: &Inputs, each_walk: &Counted, lists: Lists) {
     };
     let spec = cluster_walk_fill::Spec {
         CULL_FETCH: cull_fetch(assign.tiles),
+        CULL_CONES: !assign.tiles.cones.is_empty(),
         EXPLICIT: explicit(assign.clusters),
         CULL: cull_constant(assign.tiles.cull),
         TREE_FETCH: tree_fetch(&source.tree),

@@ -145,7 +145,7 @@ impl SceneHandles {
             material_bindings,
             tiles: plan.tiles.as_ref().map(|tiles| TileHandles {
                 grid: graph.buffer("tile_grid", size_of::<TileGrid>() as u64, fixed),
-                lights: graph.buffer("cull_lights", (tiles.lights.len() as u64 * 16).max(16), fixed),
+                lights: graph.buffer("cull_lights", (tiles.cull_data().len() as u64 * 16).max(16), fixed),
                 edges: graph.buffer("tile_edges", tiles.edges.len() as u64 * 16, fixed),
                 no_bounds: graph.image("no bounds", vk::Format::R32G32B32A32_UINT, [1, 1], fixed),
             }),

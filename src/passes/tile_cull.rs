@@ -64,6 +64,7 @@ pub fn add(
     };
     let spec = tile_count::Spec {
         CULL_FETCH: cull_fetch(tiles),
+        CULL_CONES: !tiles.cones.is_empty(),
         LIST_FETCH: list_fetch(tiles),
         CULL: cull_constant(tiles.cull),
         DEPTH_BOUNDS: bounds_constant(known),

@@ -3,6 +3,8 @@
 //! Everything that takes more than adding, multiplying and comparing is done here in f64 and rounded outward; the device decides
 //! membership by exact arithmetic alone (math/cull.rs).
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -16,7 +18,9 @@ use crate::math::cull;
 use crate::scene::LightKind;
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::{Lens, View};
-use crate::shared::{self, BIN_TILES, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid};
+use crate::shared::{
+    self, BIN_TILES, CONE_TEXELS, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid,
+};
 
 pub(super) use reduction::check_reduction;
 
@@ -35,6 +39,8 @@ pub struct Tiles {
     pub grid: TileGrid,
     /// `CULL_TEXELS` a light.
     pub lights: Vec<[f32; 4]>,
+    /// `CONE_TEXELS` a light; empty where no light is a spot.
+    pub cones: Vec<[f32; 4]>,
     /// Columns + 1, then rows + 1: tangent (or metres), normal across, normal along z, offset.
     pub edges: Vec<[f32; 4]>,
     /// Exact: pairs of bin and light.
@@ -101,6 +107,7 @@ impl Tiles {
             slots: if tile > COARSE_TILE { 64 } else { 32 },
             grid,
             lights: Vec::new(),
+            cones: Vec::new(),
             edges,
             bin_pairs: 0,
             longest_bin: 0,
@@ -116,6 +123,11 @@ impl Tiles {
         };
         let lights: Vec<_> = culled.par_iter().map(|light| tiles.cull_texels(light, view, extent)).collect();
         tiles.lights = lights.into_flattened();
+        if culled.iter().any(|light| matches!(light.kind, LightKind::Spot { .. })) {
+            let radii = tiles.lights.chunks_exact(CULL_TEXELS as usize).map(|light| f64::from(light[1][2]));
+            tiles.cones =
+                culled.iter().zip(radii).flat_map(|(light, radius)| cone_texels(light, view, radius)).collect();
+        }
         tiles.count();
         tiles.grid.list_chunks = tiles.longest_bin.div_ceil(LIST_CHUNK).max(1);
         tiles.check_lights(limits)?;
@@ -126,7 +138,7 @@ impl Tiles {
         let loops = Sum { lights: tiles.longest_tile, ahead: tiles.grid.first_light, seek: true };
         tiles.list_seek &= loops.fits(limits);
         tiles.words_by_texel = tiles.most_words() <= limits.max_texel_elements;
-        tiles.lights_by_texel = tiles.lights.len() as u64 <= limits.max_texel_elements;
+        tiles.lights_by_texel = tiles.cull_texels_in_all() <= limits.max_texel_elements;
         Ok(tiles)
     }
 
@@ -140,12 +152,22 @@ impl Tiles {
         self.grid.bin_columns * self.grid.bin_rows
     }
 
+    /// Texels of lights and cones.
+    fn cull_texels_in_all(&self) -> u64 {
+        (self.lights.len() + self.cones.len()) as u64
+    }
+
+    /// What the device culls by: lights, and behind them their cones.
+    pub fn cull_data(&self) -> Vec<[f32; 4]> {
+        self.lights.iter().chain(&self.cones).copied().collect()
+    }
+
     /// Bytes of every buffer and image that lists take.
     pub fn bytes(&self) -> u64 {
         let [of_tiles, of_bins] = self.counts();
         let words = self.bin_pairs + self.tile_pairs + 2 * of_tiles + 2 * of_bins;
         let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
-        words * 4 + image + (self.lights.len() + self.edges.len()) as u64 * 16
+        words * 4 + image + (self.lights.len() + self.cones.len() + self.edges.len()) as u64 * 16
     }
 
     /// Bytes of one more set of lists of these tiles, bounds included.
@@ -225,7 +247,7 @@ impl Tiles {
     }
 
     fn check_lights(&self, limits: &Limits) -> Result<()> {
-        let (bytes, most) = (self.lights.len() as u64 * 16, limits.max_storage_bytes.min(limits.max_buffer_bytes));
+        let (bytes, most) = (self.cull_texels_in_all() * 16, limits.max_storage_bytes.min(limits.max_buffer_bytes));
         if bytes > most {
             let lights = self.grid.light_count;
             return Err(Error::new(format!(
@@ -286,6 +308,22 @@ fn pixel_size(view: &View) -> f64 {
 pub(super) fn padded_radius(center: DVec3, range: f64, extent: f64) -> f64 {
     let far_away = center.abs().max_element() + range + extent;
     range * (1.0 + RANGE_SLACK) + far_away * SPACE_SLACK
+}
+
+/// Radians, and the share of the angle, by which a cone is wider than the light's: what f32 may take from the shader's cosine.
+const ANGLE_SLACK: f64 = 1e-5;
+
+/// Axis and half angle of a light's cone. `radius` is that of its sphere, wider than its range by all that positions may be off.
+fn cone_texels(light: &ResolvedLight, view: &View, radius: f64) -> [[f32; 4]; CONE_TEXELS as usize] {
+    let none = [[0.0, 0.0, -1.0, 0.0], [-1.0, 0.0, 0.0, 0.0]];
+    let LightKind::Spot { outer, .. } = light.kind else { return none };
+    let angle = f64::from(outer) * (1.0 + ANGLE_SLACK) + ANGLE_SLACK;
+    let slack = up((radius - light.range).max(0.0));
+    if angle >= FRAC_PI_2 || !slack.is_finite() {
+        return none;
+    }
+    let axis = view.world_to_view.transform_vector3(light.direction).normalize().as_vec3();
+    [[axis.x, axis.y, axis.z, slack], [angle.cos() as f32, up(angle.sin()), 0.0, 0.0]]
 }
 
 /// What rounding may take from the scalar product of a normal and the way from a sample to the light, metres. Both lie within `far_away` of

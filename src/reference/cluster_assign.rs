@@ -3,7 +3,7 @@
 use super::cluster_index::ClusterBox;
 use super::tile_cull::Lists;
 use crate::math::cull;
-use crate::shared::{CULL_TEXELS, ClusterGrid, TileGrid};
+use crate::shared::{CONE_TEXELS, CULL_TEXELS, ClusterGrid, TileGrid};
 
 /// What the device is given.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +16,8 @@ pub struct Inputs<'a> {
     pub slices: &'a [[f32; 4]],
     /// `CULL_TEXELS` a light.
     pub lights: &'a [[f32; 4]],
+    /// `CONE_TEXELS` a light; empty where no light is a spot.
+    pub cones: &'a [[f32; 4]],
     /// Columns + 1, then rows + 1.
     pub edges: &'a [[f32; 4]],
     /// Candidates: the list of each tile.
@@ -88,6 +90,9 @@ impl Cell {
         let dy = cull::interval_distance(y0, y1, cy);
         let dz = cull::interval_distance(near, far, -cz);
         let inside = near <= far && (dx * dx + dy * dy) + dz * dz <= radius2;
+        let cone = inputs.cones.chunks_exact(CONE_TEXELS as usize).nth(light as usize);
+        let reached = |cone| cull::cone_reaches(cone, [cx, cy, cz], [[x0, x1], [y0, y1], [near, far]]);
+        let inside = inside && cone.is_none_or(reached);
         let boxed = [[x0, x1], [y0, y1], [-far, -near]];
         inside && self.normals.is_none_or(|normals| most_facing(normals, boxed, [cx, cy, cz]) >= -slack)
     }
@@ -123,6 +128,7 @@ mod tests {
             clusters: &clusters,
             slices: &slices,
             lights: &lights,
+            cones: &[],
             edges: &edges,
             tile_lists: &tile_lists,
             keys: None,

@@ -2,7 +2,7 @@
 
 use super::depth_reduce::TileBounds;
 use crate::math::cull;
-use crate::shared::{self, BIN_TILES, CULL_TEXELS, TileGrid};
+use crate::shared::{self, BIN_TILES, CONE_TEXELS, CULL_TEXELS, TileGrid};
 
 /// What the device is given.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,8 @@ pub struct Inputs<'a> {
     pub grid: &'a TileGrid,
     /// `CULL_TEXELS` a light.
     pub lights: &'a [[f32; 4]],
+    /// `CONE_TEXELS` a light; empty where no light is a spot.
+    pub cones: &'a [[f32; 4]],
     /// Columns + 1, then rows + 1.
     pub edges: &'a [[f32; 4]],
     /// Value of CULL.
@@ -122,6 +124,9 @@ fn intersects(inputs: &Inputs, [x, y]: [u32; 2], light: u32) -> bool {
         let dy = cull::interval_distance(y0, y1, cy);
         let dz = cull::interval_distance(near, far, -cz);
         inside = inside && (dx * dx + dy * dy) + dz * dz <= radius2;
+        if let Some(cone) = inputs.cones.chunks_exact(CONE_TEXELS as usize).nth(light as usize) {
+            inside = inside && cull::cone_reaches(cone, [cx, cy, cz], [[x0, x1], [y0, y1], [near, far]]);
+        }
     }
     inside
 }

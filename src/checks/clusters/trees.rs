@@ -34,6 +34,7 @@ pub(super) fn tile_lists(tiles: &Tiles) -> Lists {
     tile_cull::run(&tile_cull::Inputs {
         grid: &tiles.grid,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         cull: passes::tile_cull::cull_constant(tiles.cull),
         depth_bounds: BOUNDS_OFF,

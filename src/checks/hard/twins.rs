@@ -132,6 +132,7 @@ impl Assignment<'_> {
             clusters: &self.clusters.grid,
             slices: &self.clusters.slices,
             lights: &self.tiles.lights,
+            cones: &self.tiles.cones,
             edges: &self.tiles.edges,
             tile_lists,
             keys: self.keys,
@@ -155,7 +156,8 @@ fn judged(plan: &Plan, depth: &[f32]) -> Result<[Tally; WAYS.len()]> {
     };
     let of_tiles = |cull: u32, depth_bounds: u32, bounds: &[TileBounds]| {
         let (lights, edges, slots) = (&tiles.lights[..], &tiles.edges[..], tiles.slots);
-        tile_cull::run(&tile_cull::Inputs { grid, lights, edges, cull, depth_bounds, slots, bounds })
+        let cones = &tiles.cones[..];
+        tile_cull::run(&tile_cull::Inputs { grid, lights, cones, edges, cull, depth_bounds, slots, bounds })
     };
     let [min_max, mask] = [None, Some(tiles.slots)].map(|slots| depth_reduce::run(grid, tiles.tile, slots, depth));
     let tile_of = |pixel: u32| pixel / grid.width / tiles.tile * grid.columns + pixel % grid.width / tiles.tile;

@@ -121,6 +121,7 @@ fn twin_ms(runner: &Runner, scene: &Scene, request: &Request) -> Option<f64> {
     let inputs = tile_cull::Inputs {
         grid: &tiles.grid,
         lights: &tiles.lights,
+        cones: &tiles.cones,
         edges: &tiles.edges,
         cull: passes::tile_cull::cull_constant(tiles.cull),
         depth_bounds: passes::depth_reduce::bounds_constant(tiles.bounds),
