@@ -46,3 +46,8 @@ fn samples_are_lit_one_by_one_where_they_differ() {
 fn spot_lights_are_culled_by_their_cones() {
     run("spot_lists");
 }
+
+#[test]
+fn a_covering_array_of_effects_and_their_overrides() {
+    run("subsets");
+}

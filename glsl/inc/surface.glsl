@@ -123,7 +123,8 @@ void shift_by_height(vec3 n) {
 vec3 mapped_normal(vec3 n, vec3 texel, float scale) {
     vec3 t;
     vec3 b;
-    if (!tangent_frame(n, t, b)) {
+    // A scale of 0 bends nothing, to the bit.
+    if (scale == 0.0 || !tangent_frame(n, t, b)) {
         return n;
     }
     precise vec3 m = (texel * 2.0 - 1.0) * vec3(scale, scale, 1.0);

@@ -18,6 +18,7 @@ mod oracle;
 mod prims;
 mod shapes;
 mod spots;
+mod subsets;
 mod textured;
 mod transparent;
 mod waste;
@@ -107,6 +108,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("material_modes", textured::modes),
     ("parallax", textured::parallax),
     ("material_models", textured::material_models),
+    ("subsets", subsets::subsets),
     ("spot_lists", spots::spot_lists),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),

@@ -2,12 +2,20 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::plan::EffectName;
+
 /// Options of effects.
 #[derive(Debug, Clone, Args)]
 pub struct EffectArgs {
     /// Samples a pixel; a number that the device lacks is replaced by the nearest.
     #[arg(long, value_name = "1|2|4|8", default_value = "1", value_parser = parse_samples)]
     pub msaa: u32,
+    /// Run an effect that nothing calls for, with input that changes nothing; repeatable.
+    #[arg(long, value_name = "EFFECT", value_parser = parse_effect)]
+    pub force: Vec<EffectName>,
+    /// Leave out an effect whatever calls for it; repeatable.
+    #[arg(long, value_name = "EFFECT", value_parser = parse_effect)]
+    pub forbid: Vec<EffectName>,
     /// Refuse what the device lacks instead of replacing it.
     #[arg(long)]
     pub strict: bool,
@@ -25,6 +33,13 @@ fn parse_samples(text: &str) -> Result<u32, String> {
         "1" | "2" | "4" | "8" => text.parse().map_err(|_| "a pixel has 1, 2, 4 or 8 samples".into()),
         _ => Err("a pixel has 1, 2, 4 or 8 samples".into()),
     }
+}
+
+/// `--force` and `--forbid`.
+fn parse_effect(text: &str) -> Result<EffectName, String> {
+    let known = EffectName::ALL.map(EffectName::name).join(", ");
+    let found = EffectName::ALL.into_iter().find(|effect| effect.name() == text);
+    found.ok_or_else(|| format!("effects that can be overridden are {known}"))
 }
 
 /// `--transparent-bounds`.

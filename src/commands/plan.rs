@@ -21,8 +21,7 @@ use crate::scene::Scene;
 /// # Errors
 /// As `render`, up to the plan.
 pub fn run(args: &PlanArgs) -> Result<ExitCode> {
-    let request = setup::request(&args.shared)?;
-    let scene = setup::scene(&args.scene, &args.shared)?;
+    let (scene, request) = setup::scene_and_request(&args.scene, &args.shared)?;
     let needs_device = args.shared.limits == LimitsChoice::Device && request.technique != Technique::Reference;
     let options = Options { validate: false, driver: args.shared.driver.clone() };
     let renderer = if needs_device { Some(Renderer::new(&options)?) } else { None };

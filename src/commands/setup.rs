@@ -10,6 +10,7 @@ use crate::cli::{
     TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
+use crate::plan::overrides;
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
     FetchChoice, GbufferLayout, Limits, Request, Technique, TransparentBounds, TransparentSort,
@@ -119,6 +120,17 @@ fn cluster_bounds(shared: &Shared) -> Result<Option<ClusterBounds>> {
     }
 }
 
+/// Both, with what was forced and forbidden.
+///
+/// # Errors
+/// See [`scene`] and [`request`]; overrides that contradict each other.
+pub fn scene_and_request(spec: &str, shared: &Shared) -> Result<(Scene, Request)> {
+    let mut request = request(shared)?;
+    let mut scene = scene(spec, shared)?;
+    overrides::apply(&mut scene, &mut request, &shared.effects.force, &shared.effects.forbid)?;
+    Ok((scene, request))
+}
+
 /// The request that the options make.
 ///
 /// # Errors
@@ -188,6 +200,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             AccumulationArg::F16 => Accumulation::F16,
         },
         msaa: shared.effects.msaa,
+        overrides: Vec::new(),
         strict: shared.effects.strict,
         transparent_bounds: shared.effects.transparent_bounds.map(|bounds| match bounds {
             TransparentBoundsArg::Own => TransparentBounds::Own,

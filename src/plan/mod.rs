@@ -15,6 +15,7 @@ pub mod lights;
 mod limits;
 pub mod list_sort;
 pub mod materials;
+pub mod overrides;
 pub mod profile;
 pub mod projection;
 mod request;
@@ -39,6 +40,7 @@ pub use light_parts::LightParts;
 pub use light_volumes::LightVolumes;
 pub use lights::{Fetch, LightTable};
 pub use limits::Limits;
+pub use overrides::EffectName;
 pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
     GbufferLayout, Request, Technique, TransparentBounds, TransparentSort,
@@ -184,6 +186,7 @@ impl Plan {
         plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
         plan.effects = effects::decide(&plan, scene, request);
+        overrides::say(&mut plan.effects, request, &mut plan.notes);
         Ok(plan)
     }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::DebugView;
+use super::overrides::Override;
 use crate::error::{Error, Result};
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
@@ -329,6 +330,8 @@ pub struct Request {
     pub accumulation: Accumulation,
     /// Samples a pixel: 1, 2, 4 or 8.
     pub msaa: u32,
+    /// Effects that were forced or forbidden (`plan/overrides.rs`).
+    pub overrides: Vec<Override>,
     /// What this device lacks is refused instead of replaced.
     pub strict: bool,
     /// What lists of blended surfaces know of depths; `None`: what is best where there are lists.
@@ -367,6 +370,7 @@ impl Default for Request {
             pixels_a_thread: None,
             accumulation: Accumulation::F32,
             msaa: 1,
+            overrides: Vec::new(),
             strict: false,
             transparent_bounds: None,
             transparent_sort: TransparentSort::Object,

@@ -351,6 +351,7 @@ pub mod gltf;
 pub mod lighting;
 pub mod mips;
 pub mod mutate;
+pub mod overrides;
 pub mod scatter;
 pub mod shading;
 pub mod view;

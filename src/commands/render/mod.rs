@@ -50,8 +50,7 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
     }
     check_options(&args, kind)?;
     let ev = exposure_of(&args.exposure)?;
-    let request = setup::request(&args.shared)?;
-    let scene = setup::scene(&args.scene, &args.shared)?;
+    let (scene, request) = setup::scene_and_request(&args.scene, &args.shared)?;
     process.stage("scene");
     let renderer = if request.technique == Technique::Reference {
         None
