@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gbuffer;
 use crate::graph::checker::Violation;
 use crate::measure::picture::Picture;
@@ -50,8 +50,14 @@ pub struct Made {
 /// Makes the lists of a plan on the device and reads them back.
 ///
 /// # Errors
-/// Out of memory, a lost device, or a pipeline that the driver refuses.
+/// Several samples a pixel, out of memory, a lost device, or a pipeline that the driver refuses.
 pub fn make(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Made> {
+    if plan.samples > 1 {
+        let count = plan.samples;
+        return Err(Error::new(format!(
+            "--msaa {count}: light lists are read back and judged with one sample a pixel"
+        )));
+    }
     let frame = passes::cluster_frame(plan).unwrap_or_else(|| passes::list_frame(plan));
     let mut prepared = renderer.prepare_frame(scene, plan, frame)?;
     // The second frame meets what the first one left.

@@ -69,4 +69,10 @@ pub enum KnobName {
     Slices,
     /// Whether clusters tell normals apart.
     ClusterNormals,
+    /// Samples a pixel.
+    Msaa,
+    /// What light lists of blended surfaces know of depths; of scenes that have some.
+    TransparentBounds,
+    /// What of blended surfaces is put in order; of scenes that have some.
+    TransparentSort,
 }

@@ -71,7 +71,7 @@ impl Cell {
             "ms": self.frame(),
             "passes": touched.collect::<Vec<_>>(),
             "passes_ms": self.passes(knob),
-            "reference": if knob.unbounded { "infinite ranges" } else { "own ranges" },
+            "reference": knob.against.name(),
             "error": self.error.map(|error| json!({ "mean": error.mean_relative, "max": error.max_relative })),
             "from_forward": self.from_forward.map(|difference| json!({
                 "mean": difference.mean_relative,

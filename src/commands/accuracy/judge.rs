@@ -1,5 +1,6 @@
 //! What settings are judged by: the scene traced in f64, and the device's own picture of `forward`.
 
+use super::knobs::Against;
 use crate::checks;
 use crate::commands::measured;
 use crate::error::{Error, Result};
@@ -20,6 +21,8 @@ pub(super) struct Judge {
     own: Vec<[f64; 4]>,
     /// Under the same without range and window; `None` where nothing asks for it or it is `own`.
     unbounded: Option<Vec<[f64; 4]>>,
+    /// Eight rays a pixel; `None` where nothing asks for it.
+    sampled: Option<Vec<[f64; 4]>>,
     /// Of the device; `None` where it cannot draw it.
     forward: Option<Vec<[f64; 4]>>,
     /// Why not.
@@ -27,32 +30,41 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// Draws `forward` and traces each lighting once; with `unbounded` the one without ranges too.
+    /// Draws `forward` and traces each lighting once: with its ranges, and as settings are judged `against`.
     ///
     /// # Errors
     /// A scene or a request that cannot be traced, or a lost device.
-    pub(super) fn new(renderer: &Renderer, scene: &Scene, request: &Request, unbounded: bool) -> Result<Self> {
+    pub(super) fn new(renderer: &Renderer, scene: &Scene, request: &Request, against: &[Against]) -> Result<Self> {
+        let unbounded = against.contains(&Against::Unbounded);
         let request = Request { technique: Technique::Forward, ..request.clone() };
         let (forward, note) = match Plan::new(scene, &request, &renderer.limits()) {
             Ok(plan) => (Some(metrics::widen(&draw(renderer, scene, &plan)?)), None),
             Err(error) => (None, Some(format!("forward, which the others are compared with: {error}"))),
         };
-        let traced = trace(scene, &request)?;
+        let traced = trace(scene, &request, 1)?;
+        let several = against.contains(&Against::Samples).then(|| trace(scene, &request, SAMPLES)).transpose()?;
         let rules = LightRules { range: RangeRule::Infinite, ..request.rules.clone() };
         let lifted = (unbounded && request.rules != rules).then_some(Request { rules, ..request });
-        let unbounded = lifted.map(|request| trace(scene, &request)).transpose()?;
+        let unbounded = lifted.map(|request| trace(scene, &request, 1)).transpose()?;
         Ok(Self {
             interior: checks::interior(&traced),
             own: traced.rgba,
             unbounded: unbounded.map(|traced| traced.rgba),
+            sampled: several.map(|traced| traced.rgba),
             forward,
             note,
         })
     }
 
-    /// Of a picture from the reference, over the interior.
-    pub(super) fn error(&self, radiance: &[[f32; 4]], unbounded: bool) -> Difference {
-        let reference = self.unbounded.as_ref().filter(|_| unbounded).unwrap_or(&self.own);
+    /// Of a picture from the reference, over the interior, or where edges are what differs over every pixel.
+    pub(super) fn error(&self, radiance: &[[f32; 4]], against: Against) -> Difference {
+        let reference = match against {
+            Against::Own => &self.own,
+            Against::Unbounded => self.unbounded.as_ref().unwrap_or(&self.own),
+            Against::Samples => {
+                return metrics::compare(self.sampled.as_ref().unwrap_or(&self.own), &metrics::widen(radiance));
+            }
+        };
         metrics::compare_masked(reference, &metrics::widen(radiance), &self.interior)
     }
 
@@ -79,10 +91,13 @@ fn draw(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Vec<[f32; 4]>
     Ok(radiance(&prepared.read_back()?)?.to_vec())
 }
 
-fn trace(scene: &Scene, request: &Request) -> Result<render::Picture> {
+/// Rays of a pixel whose edges are judged.
+const SAMPLES: u32 = 8;
+
+fn trace(scene: &Scene, request: &Request, samples: u32) -> Result<render::Picture> {
     let request = Request { technique: Technique::Reference, ..request.clone() };
     let plan = Plan::new(scene, &request, &Limits::UNLIMITED)?;
-    let reference = Reference::new(scene, &plan.view)?;
+    let reference = Reference::new(scene, &plan.view)?.of_samples(samples);
     let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
     let bar = measured::progress(u64::from(plan.view.height), "tracing rows");
     let picture = reference.render(&shader, &|rows| bar.set_position(rows));
@@ -100,6 +115,7 @@ mod tests {
             interior: vec![true, true, true, false],
             own: vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(1.0)],
             unbounded: Some(vec![pixel(2.0); 4]),
+            sampled: Some(vec![pixel(3.0); 4]),
             forward: Some(vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(8.0)]),
             note: None,
         }
@@ -108,11 +124,12 @@ mod tests {
     #[test]
     fn errors_are_over_the_interior_and_by_the_lighting_that_was_asked_for() {
         let picture = [1.0, 2.0, 5.0, 9.0].map(|x: f32| [x, x, x, 1.0]);
-        let error = judge().error(&picture, false);
+        let error = judge().error(&picture, Against::Own);
         assert_eq!((error.pixels, error.max_relative), (3, 0.25));
-        assert_eq!(judge().error(&picture, true).max_relative, 1.5);
+        assert_eq!(judge().error(&picture, Against::Unbounded).max_relative, 1.5);
+        assert_eq!(judge().error(&picture, Against::Samples).max_relative, 2.0);
         let only_own = Judge { unbounded: None, ..judge() };
-        assert_eq!(only_own.error(&picture, true).max_relative, 0.25);
+        assert_eq!(only_own.error(&picture, Against::Unbounded).max_relative, 0.25);
         assert_eq!(judge().interior_share(), 0.75);
     }
 

@@ -3,13 +3,37 @@
 use crate::cli::{Accuracy, KnobName};
 use crate::commands::setup;
 use crate::plan::gbuffer::FAT_ATTACHMENTS;
+use crate::plan::samples::COUNTS;
 use crate::plan::{
     Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, Technique,
+    TransparentBounds, TransparentSort,
 };
 use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
 
 /// A setting and what is drawn with it.
 pub(super) type Setting = (String, Request);
+
+/// Which of the reference's pictures settings are compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Against {
+    /// The same lights, a ray a pixel.
+    Own,
+    /// Lights of infinite range: the settings change the lighting.
+    Unbounded,
+    /// Eight rays a pixel, edges included.
+    Samples,
+}
+
+impl Against {
+    /// In the machine form.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Own => "own ranges",
+            Self::Unbounded => "infinite ranges",
+            Self::Samples => "own ranges, 8 rays a pixel",
+        }
+    }
+}
 
 /// Settings that differ in one thing.
 pub(super) struct Knob {
@@ -19,8 +43,8 @@ pub(super) struct Knob {
     pub(super) title: &'static str,
     /// Beginnings of the names of passes that it does not touch.
     pub(super) spared: &'static [&'static str],
-    /// Its settings change the lighting: they are judged by lights of infinite range.
-    pub(super) unbounded: bool,
+    /// What its settings are judged by.
+    pub(super) against: Against,
     pub(super) settings: Vec<Setting>,
 }
 
@@ -50,13 +74,20 @@ pub(super) fn base(args: &Accuracy, limits: &Limits) -> Request {
 
 /// The knob of that name, turned on `base`.
 pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
-    let unbounded = name == KnobName::LightCutoff;
+    let against = match name {
+        KnobName::LightCutoff => Against::Unbounded,
+        KnobName::Msaa => Against::Samples,
+        _ => Against::Own,
+    };
     let spared: &[&str] = match name {
         KnobName::Tile | KnobName::DepthBounds => &["depth_prepass"],
         KnobName::Cull | KnobName::LightCutoff => &["depth_prepass", "depth_reduce"],
         KnobName::Accumulation => &["depth_prepass", "gbuffer"],
         KnobName::Gbuffer | KnobName::Slices => BEFORE,
         KnobName::ClusterNormals => &["depth_prepass", "depth_reduce", "tile_", "bin_", "gbuffer"],
+        KnobName::Msaa => &["tile_", "bin_"],
+        KnobName::TransparentBounds => &["depth_prepass", "tile_bin", "bin_"],
+        KnobName::TransparentSort => &["depth_prepass", "forward"],
     };
     let (name, title, settings) = match name {
         KnobName::Tile => ("tile", "pixels along a tile's side, of tiled-forward", tiles(base)),
@@ -73,8 +104,17 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         KnobName::ClusterNormals => {
             ("cluster-normals", "whether clusters tell normals apart, of clustered-deferred", normals(base))
         }
+        KnobName::Msaa => ("msaa", "samples a pixel, of tiled-forward", counts(base)),
+        KnobName::TransparentBounds => (
+            "transparent-bounds",
+            "what light lists of blended surfaces know of depths, of tiled-forward",
+            transparent_bounds(base),
+        ),
+        KnobName::TransparentSort => {
+            ("transparent-sort", "what of blended surfaces is put in order, of forward", transparent_sorts(base))
+        }
     };
-    Knob { name, title, spared, unbounded, settings }
+    Knob { name, title, spared, against, settings }
 }
 
 impl Knob {
@@ -134,6 +174,31 @@ fn normals(base: &Request) -> Vec<Setting> {
     [("off", false), ("on", true)].map(of).to_vec()
 }
 
+fn counts(base: &Request) -> Vec<Setting> {
+    let of = |msaa: u32| (msaa.to_string(), Request { msaa, strict: true, ..base.clone() });
+    COUNTS.map(of).to_vec()
+}
+
+fn transparent_bounds(base: &Request) -> Vec<Setting> {
+    let of = |bounds: TransparentBounds| {
+        (bounds.name().to_string(), Request { transparent_bounds: Some(bounds), ..base.clone() })
+    };
+    TransparentBounds::ALL.map(of).to_vec()
+}
+
+fn transparent_sorts(base: &Request) -> Vec<Setting> {
+    let base = Request { technique: Technique::Forward, ..base.clone() };
+    let of = |transparent_sort: TransparentSort| {
+        (transparent_sort.name().to_string(), Request { transparent_sort, ..base.clone() })
+    };
+    TransparentSort::ALL.map(of).to_vec()
+}
+
+/// Turned on a scene that has nothing blended, the knob does nothing.
+pub(super) fn needs_blended(name: KnobName) -> bool {
+    matches!(name, KnobName::TransparentBounds | KnobName::TransparentSort)
+}
+
 /// A setting's name with what the plan made of it.
 pub(super) fn planned(setting: &str, clusters: &Clusters) -> String {
     let grid = &clusters.grid;
@@ -160,11 +225,17 @@ mod tests {
         Request { width: 64, height: 36, technique: Technique::TiledForward, ..Request::default() }
     }
 
+    fn scene_for(name: KnobName) -> crate::scene::Scene {
+        let spec = if needs_blended(name) { "glass:layers=2" } else { "cornell" };
+        builtin::load(spec).expect("a built-in scene")
+    }
+
     #[test]
     fn every_setting_is_planned_and_has_passes_that_its_knob_touches_and_others() {
-        let scene = builtin::load("cornell").expect("a built-in scene");
-        let limits = Limits { max_color_attachments: 5, float_blend: true, ..Limits::MINIMUM };
+        let limits =
+            Limits { max_color_attachments: 5, float_blend: true, samples: [1 | 2 | 4 | 8; 2], ..Limits::MINIMUM };
         for name in KnobName::value_variants() {
+            let scene = scene_for(*name);
             let knob = knob(*name, &request());
             let typed = name.to_possible_value().expect("a value");
             assert_eq!(knob.name, typed.get_name());
@@ -181,13 +252,17 @@ mod tests {
 
     #[test]
     fn each_knob_has_the_default_among_its_settings() {
-        let scene = builtin::load("cornell").expect("a built-in scene");
-        let limits = Limits { max_color_attachments: 5, float_blend: true, ..Limits::MINIMUM };
+        let limits =
+            Limits { max_color_attachments: 5, float_blend: true, samples: [1 | 2 | 4 | 8; 2], ..Limits::MINIMUM };
         for name in KnobName::value_variants() {
+            let scene = scene_for(*name);
             let knob = knob(*name, &request());
             let frame = |request: &Request| {
                 let plan = Plan::new(&scene, request, &limits).expect("a plan");
-                (format!("{:?}", plan.tiles), format!("{:?}", plan.lighting), format!("{:?}", plan.deferred))
+                let blended = plan.transparency.as_ref().map(|planned| (planned.bounds, planned.sort));
+                let parts =
+                    [format!("{:?}", plan.tiles), format!("{:?}", plan.lighting), format!("{:?}", plan.deferred)];
+                (parts, plan.samples, blended)
             };
             let technique = knob.settings[0].1.technique;
             let default = frame(&Request { technique, ..request() });

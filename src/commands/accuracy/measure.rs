@@ -98,9 +98,10 @@ impl Runner<'_> {
         let picture = prepared.read_back()?;
         drop(prepared);
         let pixels = radiance(&picture)?;
-        cell.error = Some(self.judge.error(pixels, knob.unbounded));
+        cell.error = Some(self.judge.error(pixels, knob.against));
         cell.from_forward = self.judge.beside_forward(pixels);
-        if plan.has_lists() {
+        // Lists are read back with one sample a pixel.
+        if plan.has_lists() && plan.samples == 1 {
             let made = lists::make(self.renderer, self.scene, &plan)?;
             cell.counters = Some(Counters::new(&made.cells, &made.judge(&plan), lists::directional(&plan)));
         }

@@ -22,7 +22,7 @@ use crate::measure::file;
 use crate::measure::html::{self, Section};
 use crate::plan::{Plan, Request};
 use crate::renderer::Renderer;
-use crate::scene::Scene;
+use crate::scene::{AlphaMode, Scene};
 use judge::Judge;
 use measure::Runner;
 use output::Outcome;
@@ -56,9 +56,10 @@ pub fn run(args: &Accuracy) -> Result<ExitCode> {
         measured::make_folder(folder)?;
     }
     let quiet = report::json_on_stdout(args.json.as_deref());
-    let knobs: Vec<_> = asked(args).into_iter().map(|name| knobs::knob(name, &session.request)).collect();
-    let unbounded = knobs.iter().any(|knob| knob.unbounded);
-    let judge = Judge::new(&session.renderer, &session.scene, &session.request, unbounded)?;
+    let knobs: Vec<_> =
+        asked(args, &session.scene)?.into_iter().map(|name| knobs::knob(name, &session.request)).collect();
+    let against: Vec<_> = knobs.iter().map(|knob| knob.against).collect();
+    let judge = Judge::new(&session.renderer, &session.scene, &session.request, &against)?;
     if !quiet {
         report::print(&session.heading(&judge))?;
     }
@@ -90,10 +91,16 @@ pub fn run(args: &Accuracy) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Each knob once, in the order of the list.
-fn asked(args: &Accuracy) -> Vec<KnobName> {
+/// Each knob once, in the order of the list: those that were asked for, else those that the scene calls for.
+fn asked(args: &Accuracy, scene: &Scene) -> Result<Vec<KnobName>> {
+    let blends = scene.materials.iter().any(|material| material.alpha == AlphaMode::Blend);
+    let idle = |name: &KnobName| knobs::needs_blended(*name) && !blends;
+    if let Some(name) = args.knob.iter().find(|name| idle(name)) {
+        let typed = name.to_possible_value().map_or_else(String::new, |value| value.get_name().to_string());
+        return Err(Error::usage(format!("--knob {typed}: nothing in {} is blended", args.scene)));
+    }
     let every = KnobName::value_variants().iter().copied();
-    every.filter(|name| args.knob.is_empty() || args.knob.contains(name)).collect()
+    Ok(every.filter(|name| if args.knob.is_empty() { !idle(name) } else { args.knob.contains(name) }).collect())
 }
 
 impl<'a> Session<'a> {
@@ -195,6 +202,7 @@ mod tests {
     use super::*;
     use crate::cli::{Cli, Command, ShadingArg};
     use crate::plan::{GbufferLayout, Limits};
+    use crate::scene::builtin;
 
     fn parsed(options: &[&str]) -> Accuracy {
         let all = ["lampyris", "accuracy"].iter().chain(options);
@@ -206,8 +214,15 @@ mod tests {
 
     #[test]
     fn knobs_come_once_and_in_order() {
-        assert_eq!(asked(&parsed(&[])), KnobName::value_variants());
-        assert_eq!(asked(&parsed(&["--knob", "slices,tile,slices"])), [KnobName::Tile, KnobName::Slices]);
+        let [glass, opaque] = ["glass", "cornell"].map(|name| builtin::load(name).expect("a built-in scene"));
+        let found = |options: &[&str], scene: &Scene| asked(&parsed(options), scene);
+        assert_eq!(found(&[], &glass).expect("knobs"), KnobName::value_variants());
+        let some = found(&["--knob", "slices,tile,slices"], &opaque).expect("knobs");
+        assert_eq!(some, [KnobName::Tile, KnobName::Slices]);
+        let called = found(&[], &opaque).expect("knobs");
+        assert!(called.contains(&KnobName::Msaa) && !called.contains(&KnobName::TransparentSort));
+        let refused = found(&["--knob", "transparent-sort"], &opaque).expect_err("nothing is blended").to_string();
+        assert!(refused.contains("transparent-sort") && refused.contains("blended"), "{refused}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a knob leaves: a table, two figures, rows.
 
 use super::cell::Cell;
-use super::knobs::Knob;
+use super::knobs::{Against, Knob};
 use crate::commands::measured;
 use crate::measure::html::{Section, Table};
 use crate::measure::plot::{Axis, Figure, Plot, Point, Scale, Series};
@@ -107,11 +107,13 @@ fn paragraph(knob: &Knob, cells: &[Cell]) -> String {
     let passes = most.into_iter().flat_map(|cell| &cell.times.names).filter(|name| knob.touches(name));
     let names: Vec<&str> = passes.map(String::as_str).collect();
     let passes = if names.is_empty() { String::new() } else { format!(" Passes: {}.", names.join(", ")) };
-    let reference = if knob.unbounded {
-        "The reference's lights have no range: what a cut-off cuts off is part of the error, and ranges change the picture \
-         itself, so it differs from forward with the ranges of the command line."
-    } else {
-        "The reference has the same lights, with the same ranges."
+    let reference = match knob.against {
+        Against::Unbounded => {
+            "The reference's lights have no range: what a cut-off cuts off is part of the error, and ranges change the picture \
+             itself, so it differs from forward with the ranges of the command line."
+        }
+        Against::Samples => "The reference has eight rays a pixel; errors are over every pixel, edges included.",
+        Against::Own => "The reference has the same lights, with the same ranges.",
     };
     format!("{reference}{passes} *: no other setting is at most as far off and quicker, or smaller.")
 }
