@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::graph::Graph;
 use crate::passes::{self, Frame, SceneHandles};
 use crate::plan::light_tree::LightTree;
-use crate::plan::{Plan, Request, Technique};
+use crate::plan::{DebugView, Plan, Request, Technique};
 use crate::reference::light_tree::{self as twin, Tree};
 use crate::renderer::Renderer;
 use crate::scene::{Scene, builtin, scatter};
@@ -70,6 +70,8 @@ struct Made {
 fn make(renderer: &Renderer, case: &Case) -> Result<Made> {
     let (scene, limits) = (case.scene()?, renderer.limits());
     let request = Request { width: 150, height: 85, technique: Technique::TiledForward, ..crate::checks::forward() };
+    // Without a light there are tiles only where they are shown.
+    let request = Request { debug_view: Some(DebugView::TileLights), ..request };
     let plan = Plan::new(&scene, &request, &limits)?;
     let mut graph = Graph::new();
     let handles = SceneHandles::declare(&mut graph, &plan);

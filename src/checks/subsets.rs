@@ -126,7 +126,10 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
         if spots { crate::shared::KIND_SPOT } else { 0 } | if suns { crate::shared::KIND_DIRECTIONAL } else { 0 };
     let kinds = if kinds == 0 { crate::shared::KIND_POINT } else { kinds };
     expect("only the kinds of lights that there are", plan.lights.kinds == kinds, true);
-    expect("cones", plan.tiles.as_ref().is_some_and(|tiles| !tiles.cones.is_empty()), spots && plan.tiles.is_some());
+    let listed = !matches!(technique, Technique::Forward | Technique::Deferred) && (spots || !suns);
+    expect("grid of tiles", plan.tiles.is_some(), listed);
+    expect("cones", plan.tiles.as_ref().is_some_and(|tiles| !tiles.cones.is_empty()), spots && listed);
+    expect("buffers of lists", passes::frame(&plan).graph.buffers.iter().any(|b| b.name.contains("tile_")), listed);
     let graph = passes::frame(&plan).graph;
     let names: BTreeSet<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
     let any = |prefix: &str| names.iter().any(|name| name.starts_with(prefix));

@@ -73,9 +73,21 @@ fn lights(plan: &Plan) -> Effect {
     effect("lights", count > 0, why, plan.lights.bytes())
 }
 
+/// Why there are no lists: the technique has none, or nothing would stand in them.
+fn without_lists(plan: &Plan, otherwise: &str) -> String {
+    let name = plan.technique.name();
+    match plan.technique {
+        Technique::Forward | Technique::Deferred | Technique::Reference | Technique::Auto => {
+            format!("{name} {otherwise}")
+        }
+        _ if plan.clusters.is_none() && plan.tiles.is_some() => format!("{name} {otherwise}"),
+        _ => format!("none of {} lights ends anywhere: there is nothing to list", plan.lights.count),
+    }
+}
+
 fn depth_bounds(plan: &Plan) -> Effect {
     let Some(tiles) = &plan.tiles else {
-        return effect("depth_bounds", false, format!("{} has no light lists", plan.technique.name()), 0);
+        return effect("depth_bounds", false, without_lists(plan, "has no light lists"), 0);
     };
     let bytes = u64::from(tiles.count_tiles()) * 16;
     let why = match tiles.bounds {
@@ -92,7 +104,7 @@ fn depth_bounds(plan: &Plan) -> Effect {
 
 fn light_lists(plan: &Plan) -> Effect {
     let Some(tiles) = &plan.tiles else {
-        return effect("light_lists", false, format!("{} loops over all lights", plan.technique.name()), 0);
+        return effect("light_lists", false, without_lists(plan, "loops over all lights"), 0);
     };
     let grid = &tiles.grid;
     let why = format!(
@@ -120,7 +132,7 @@ fn light_lists(plan: &Plan) -> Effect {
 
 fn clusters(plan: &Plan) -> Effect {
     let Some(clusters) = &plan.clusters else {
-        return effect("clusters", false, format!("{} cuts no tiles into slices", plan.technique.name()), 0);
+        return effect("clusters", false, without_lists(plan, "cuts no tiles into slices"), 0);
     };
     let why = format!(
         "at most {}, {} bounds, {} pairs with lights: {}",

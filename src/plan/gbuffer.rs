@@ -119,6 +119,11 @@ impl Deferred {
         }
         let light_pass = match plan.technique {
             Technique::Deferred => light_pass(plan, request, extent, limits)?,
+            // No light is listed: what there is shines everywhere.
+            Technique::TiledDeferred | Technique::ClusteredDeferred if plan.tiles.is_none() => {
+                check_loops(plan.lights.count, false, limits)?;
+                LightPass::Fullscreen { branch: false }
+            }
             Technique::TiledDeferred => LightPass::Tiles { pixels_a_thread: pixels_a_thread(plan, request, limits)? },
             Technique::ClusteredDeferred => LightPass::Clusters,
             _ => return Ok(None),

@@ -110,7 +110,9 @@ fn longest_sum(plan: &Plan) -> Option<(Sum, &'static str)> {
         _ if plan.shows_surfaces() => None,
         (_, Some(clusters), _) => Some((listed(clusters.longest_list, false), "a cluster may hold")),
         (_, None, Some(tiles)) => Some((listed(tiles.longest_tile, tiles.list_seek), "a tile may hold")),
-        (Technique::Forward, ..) => Some((whole(plan.lights.seek), "a fragment loops over")),
+        (Technique::Forward | Technique::TiledForward | Technique::ClusteredForward, ..) => {
+            Some((whole(plan.lights.seek), "a fragment loops over"))
+        }
         _ => None,
     }
 }

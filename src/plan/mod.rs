@@ -24,10 +24,10 @@ pub mod tiles;
 pub mod transparency;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
 use crate::scene::lighting::Lighting;
 use crate::scene::shading::Shading;
 use crate::scene::view::View;
+use crate::scene::{LightKind, Scene};
 use crate::shared::{self, LightMarker};
 use std::collections::BTreeSet;
 
@@ -142,8 +142,10 @@ impl Plan {
         let materials = materials::Materials::new(scene, request.shading, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
-        let clustered = technique.clusters();
-        let tiled = clustered || matches!(technique, Technique::TiledForward | Technique::TiledDeferred);
+        // Views of lists show that they are empty.
+        let listed = lighting.lights.iter().any(|l| l.kind != LightKind::Directional) || request.debug_view.is_some();
+        let clustered = technique.clusters() && listed;
+        let tiled = clustered || (listed && matches!(technique, Technique::TiledForward | Technique::TiledDeferred));
         clusters::check_normals(technique, request)?;
         let request = &clusters::asked(technique, Request { prepass, msaa: samples, ..request.clone() })?;
         let extent = extent(scene, &view);

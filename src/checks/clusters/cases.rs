@@ -41,7 +41,14 @@ impl Case {
             let name = format!("{}, {}", self.name, kind.0);
             rows.push(Row::none(format!("{name}, clustered-forward = forward"), count, "differing pixels"));
         }
-        rows.extend(rows_of(renderer, self.name, &self.scene, &of_kind(&self.request, KINDS[0]))?);
+        let asked = of_kind(&self.request, KINDS[0]);
+        if self.scene.lights.is_empty() {
+            let plan = Plan::new(&self.scene, &asked, &renderer.limits())?;
+            let made = usize::from(plan.tiles.is_some()) + usize::from(plan.clusters.is_some());
+            rows.push(Row::none(format!("{}, nothing is listed", self.name), made, "grids"));
+            return Ok(rows);
+        }
+        rows.extend(rows_of(renderer, self.name, &self.scene, &asked)?);
         if let Some(wanted) = self.slices {
             let plan = Plan::new(&self.scene, &of_kind(&self.request, KINDS[0]), &renderer.limits())?;
             let found = parts(&plan)?.1.grid.slices;

@@ -90,7 +90,9 @@ pub fn gap(renderer: &Renderer) -> Result<Vec<Row>> {
 pub fn depths(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let sub_pixel_bits = renderer.device().facts.limits.sub_pixel_precision_bits;
-    for (name, scene) in depth_scenes(sub_pixel_bits)? {
+    for (name, mut scene) in depth_scenes(sub_pixel_bits)? {
+        // Tiles are there for lights.
+        scene.lights.push(point(DVec3::ZERO, 1.0));
         let request = Request { width: 160, height: 90, ..tiled() };
         let plan = Plan::new(&scene, &request, &renderer.limits())?;
         let mut prepared = renderer.prepare_frame(&scene, &plan, passes::surface_frame(&plan))?;
