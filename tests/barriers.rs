@@ -181,7 +181,7 @@ fn transparency_without_float_blending() {
 
 /// Four samples a pixel in every kind of attachment.
 fn four_samples() -> Limits {
-    Limits { samples: [1 | 4; 2], ..Limits::MINIMUM }
+    Limits { max_image_dimension: 8192, samples: [1 | 4; 2], ..Limits::MINIMUM }
 }
 
 #[test]

@@ -36,20 +36,18 @@ layout(constant_id = 15) const bool UNLIT = false;
 layout(constant_id = 16) const bool MIRRORED_LENS = false;
 layout(constant_id = 9) const bool PERSPECTIVE = true;
 
-
 // What parallax mapping adds to the coordinates of the height map's set.
 vec2 parallax_shift = vec2(0.0);
 
-// The coordinates of map `index`, and its transform's rows where it has one.
-UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
-    // Where every lane of the quad still runs.
+// The coordinates of map `index` before its transform; asked for where every lane of the quad still runs.
+UvFootprint interpolated_uv(uint index) {
     vec4 dx = dFdxFine(in_uv);
     vec4 dy = dFdyFine(in_uv);
     const bool second = (UV_SETS & (1u << index)) != 0u;
-    UvFootprint f = second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
-    if ((TEXTURES & TEXTURE_HEIGHT) != 0u && second == ((UV_SETS & TEXTURE_HEIGHT) != 0u)) {
-        f.uv += parallax_shift;
-    }
+    return second ? UvFootprint(in_uv.zw, dx.zw, dy.zw) : UvFootprint(in_uv.xy, dx.xy, dy.xy);
+}
+
+UvFootprint transformed_uv(UvFootprint f, vec3 row_u, vec3 row_v) {
     if (UV_TRANSFORMS) {
         precise vec2 at = vec2(dot(row_u, vec3(f.uv, 1.0)), dot(row_v, vec3(f.uv, 1.0)));
         f.uv = at;
@@ -57,6 +55,16 @@ UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
         f.dy = vec2(dot(row_u.xy, f.dy), dot(row_v.xy, f.dy));
     }
     return f;
+}
+
+// The coordinates of map `index`, and its transform's rows where it has one.
+UvFootprint uv_of(uint index, vec3 row_u, vec3 row_v) {
+    UvFootprint f = interpolated_uv(index);
+    const bool second = (UV_SETS & (1u << index)) != 0u;
+    if ((TEXTURES & TEXTURE_HEIGHT) != 0u && second == ((UV_SETS & TEXTURE_HEIGHT) != 0u)) {
+        f.uv += parallax_shift;
+    }
+    return transformed_uv(f, row_u, row_v);
 }
 
 #define SAMPLE_MAP(name, index) \
@@ -95,6 +103,7 @@ bool tangent_frame(vec3 n, out vec3 tangent, out vec3 bitangent) {
 // Parallax mapping: the coordinates at which the ray from the eye meets the height map below the surface (T. Welsh, "Parallax Mapping with
 // Offset Limiting", 2004: the way across is not divided by the way down), in steps towards the depth under the last ones.
 void shift_by_height(vec3 n) {
+    UvFootprint unshifted = interpolated_uv(5u);
     vec3 t;
     vec3 b;
     if (!tangent_frame(n, t, b)) {
@@ -108,11 +117,14 @@ void shift_by_height(vec3 n) {
     precise vec2 across = vec2(-dot(v, t), dot(v, b));
     float scale = materials.data[in_material].height_scale;
     uint channel = materials.data[in_material].height_channel;
+    vec3 row_u = materials.data[in_material].uv_height_u;
+    vec3 row_v = materials.data[in_material].uv_height_v;
     precise float depth = 0.0;
     for (uint i = 0u; i < PARALLAX_STEPS; ++i) {
         precise vec2 shift = across * depth;
-        parallax_shift = shift;
-        vec4 texel = SAMPLE_MAP(height, 5u);
+        UvFootprint f = unshifted;
+        f.uv += shift;
+        vec4 texel = sample_level(height_map, transformed_uv(f, row_u, row_v));
         precise float target = (1.0 - texel[channel]) * scale;
         depth += (target - depth) * PARALLAX_STEP;
     }

@@ -98,6 +98,8 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
     let uniform = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
     let is_hit = |pixel: usize| traced.surface_id[pixel] != u32::MAX;
     let is_covered = |pixel: usize| drawn[pixel][3] > 0.0;
+    // Alpha of a blended surface is filtered, that of others 0 or 1.
+    let is_elsewhere = |pixel: usize| (f64::from(drawn[pixel][3]) - traced.rgba[pixel][3]).abs() > 0.5;
     let pixels: Vec<usize> = (0..drawn.len()).filter(|&p| uniform[p] && is_hit(p)).collect();
     let interior = Interior::new(&traced.rgba, pixels);
     let (error, outliers) = interior.errors(&metrics::widen(&drawn));
@@ -121,7 +123,7 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
         bound,
         outliers,
         outlier_bound,
-        misplaced: (0..drawn.len()).filter(|&p| uniform[p] && is_covered(p) != (traced.rgba[p][3] > 0.0)).count(),
+        misplaced: (0..drawn.len()).filter(|&p| uniform[p] && is_elsewhere(p)).count(),
         interior: interior.pixels.len(),
         covered: (0..drawn.len()).filter(|&p| is_covered(p)).count(),
         not_finite: drawn.iter().filter(|pixel| pixel.iter().any(|c| !c.is_finite())).count(),

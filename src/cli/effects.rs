@@ -16,7 +16,7 @@ pub struct EffectArgs {
     /// Leave out an effect whatever calls for it; repeatable.
     #[arg(long, value_name = "EFFECT", value_parser = parse_effect)]
     pub forbid: Vec<EffectName>,
-    /// Refuse what the device lacks instead of replacing it.
+    /// Refuse a number of samples that the device lacks instead of replacing it.
     #[arg(long)]
     pub strict: bool,
     /// What light lists of blended surfaces know of depths [default: own where there are lists and depths].

@@ -63,12 +63,15 @@ impl Constants {
     }
 }
 
+/// Set and binding of everything that a stage reaches; `None` where that is not known.
+type UsedBindings = Option<BTreeSet<(u32, u32)>>;
+
 /// Shader modules of one pipeline, destroyed when it is made.
 struct Modules<'a> {
     device: &'a Device,
     raw: Vec<(vk::ShaderStageFlags, vk::ShaderModule)>,
     /// What each stage reaches; `None`: not known.
-    used: Vec<(vk::ShaderStageFlags, Option<BTreeSet<(u32, u32)>>)>,
+    used: Vec<(vk::ShaderStageFlags, UsedBindings)>,
 }
 
 impl<'a> Modules<'a> {

@@ -43,7 +43,7 @@ pub fn given_depth_frame(plan: &Plan, depth: &[f32]) -> Option<Frame> {
     scene.given = Some(Given { image, size, bytes: bytemuck::cast_slice(depth).to_vec() });
     let results = match cluster_lists::Parts::of(plan, &scene) {
         Some(parts) => cluster_lists::add_and_leave(&mut graph, &parts, image, None),
-        None => super::add_and_leave_lists(&mut graph, plan, &scene, image),
+        None => super::add_and_leave_lists(&mut graph, plan, &scene, image, None),
     };
     Some(Frame { graph, scene, results })
 }

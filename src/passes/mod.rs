@@ -101,7 +101,8 @@ pub fn list_frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
     let scene = SceneHandles::declare(&mut graph, plan);
     let depth = depth_prepass::add(&mut graph, plan, &scene);
-    let results = add_and_leave_lists(&mut graph, plan, &scene, depth);
+    let blended = merged_depth(&mut graph, plan, &scene, Some(depth));
+    let results = add_and_leave_lists(&mut graph, plan, &scene, depth, blended);
     Frame { graph, scene, results }
 }
 
@@ -111,9 +112,10 @@ fn add_and_leave_lists(
     plan: &Plan,
     scene: &SceneHandles,
     depth: ImageHandle,
+    blended: Option<ImageHandle>,
 ) -> Vec<(&'static str, BufferHandle)> {
     let tiles = plan.tiles.as_ref().zip(scene.tiles.as_ref());
-    let made = tiles.map(|(tiles, handles)| tile_lists(graph, tiles, handles, Some(depth), None));
+    let made = tiles.map(|(tiles, handles)| tile_lists(graph, tiles, handles, Some(depth), blended));
     graph.end_frame();
     let (mut images, mut buffers) = (vec![("depth", depth)], Vec::new());
     if let Some(made) = made {

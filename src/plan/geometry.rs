@@ -174,7 +174,7 @@ impl Geometry {
                 geometry.instances.push(instance(object_to_view, mirrored != view.lens.mirrors(), material));
             }
         }
-        blended::add(&mut geometry, scene, view, materials, (&blended, sort));
+        blended::add(&mut geometry, scene, view, materials, (&blended, sort), limits)?;
         geometry.check(scene, limits)?;
         Ok(geometry)
     }

@@ -118,7 +118,10 @@ impl Plan {
         let profile = limits.profile.clone().unwrap_or_default();
         let ranked = cost::ranked(&profile, &load, request, limits);
         let mut refused = None;
-        for &(technique, _) in &ranked {
+        // First those that have as many samples a pixel as are asked for.
+        let has = |technique: Technique| samples::granted(technique, limits) & request.msaa != 0;
+        let (having, lacking): (Vec<_>, Vec<_>) = ranked.iter().partition(|(technique, _)| has(*technique));
+        for &&(technique, _) in having.iter().chain(&lacking) {
             let why = cost::why(&profile, &ranked, technique);
             let asked = Request { technique, ..request.clone() };
             match Self::of_technique(scene, &asked, limits, why) {

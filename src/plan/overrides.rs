@@ -81,13 +81,15 @@ pub struct Override {
 /// Carries out overrides on a scene and the request for its picture; [`Request::overrides`] says afterwards what they did.
 ///
 /// # Errors
-/// An effect both forced and forbidden, one that has nothing neutral to be forced with, or one that the technique cannot have.
+/// An effect both forced and forbidden, or one that the technique or another option rules out.
 pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], forbid: &[EffectName]) -> Result<()> {
     if let Some(both) = force.iter().find(|effect| forbid.contains(effect)) {
         return Err(Error::usage(format!("{} is both forced and forbidden", both.name())));
     }
     for (effects, forced) in [(forbid, false), (force, true)] {
-        for &effect in effects {
+        // What others need comes first, in whatever order they are typed.
+        let (first, others): (Vec<_>, Vec<_>) = effects.iter().partition(|effect| **effect == EffectName::Prepass);
+        for &effect in first.into_iter().chain(others) {
             if request.overrides.iter().any(|known| known.effect == effect) {
                 continue;
             }
@@ -106,7 +108,7 @@ pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], for
 }
 
 fn override_request(request: &mut Request, effect: EffectName, forced: bool) -> Result<()> {
-    let lists = !matches!(request.technique, Technique::Forward | Technique::Deferred | Technique::Reference);
+    let lists = request.technique == Technique::Auto || request.technique.has_lists();
     match (effect, forced) {
         (EffectName::Prepass, _) => request.prepass = forced,
         (EffectName::Msaa, false) => request.msaa = 1,
@@ -115,7 +117,12 @@ fn override_request(request: &mut Request, effect: EffectName, forced: bool) -> 
         (EffectName::DepthBounds, true) if !lists || !request.prepass => {
             return Err(Error::usage("--force depth_bounds needs a technique with light lists, and a pre-pass"));
         }
-        (EffectName::DepthBounds, true) => request.depth_bounds = Some(DepthBounds::Mask),
+        (EffectName::DepthBounds, true) => match request.depth_bounds {
+            Some(DepthBounds::Off) => {
+                return Err(Error::usage("--depth-bounds off contradicts --force depth_bounds"));
+            }
+            given => request.depth_bounds = given.or(Some(DepthBounds::Mask)),
+        },
         _ => {}
     }
     Ok(())
@@ -129,9 +136,56 @@ pub(super) fn say(effects: &mut [Effect], request: &Request, notes: &mut Vec<Str
             (None, _) => String::new(),
             (Some(_), count) => format!(" ({count} materials changed)"),
         };
-        notes.push(format!("{name} is {verb}{of_materials}"));
-        if let Some(said) = effects.iter_mut().find(|said| said.name == name) {
+        let said = effects.iter_mut().find(|said| said.name == name);
+        let in_vain = *forced && said.as_ref().is_none_or(|said| !said.runs);
+        let end = if in_vain { ", and nothing in this plan can run it" } else { "" };
+        notes.push(format!("{name} is {verb}{of_materials}{end}"));
+        if let Some(said) = said {
             said.why = format!("{verb}{of_materials}; {}", said.why);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Limits, Plan};
+    use crate::scene::builtin;
+
+    fn overridden(mut request: Request, force: &[EffectName], forbid: &[EffectName]) -> Result<Plan> {
+        let mut scene = builtin::load("cornell").expect("a built-in scene");
+        apply(&mut scene, &mut request, force, forbid)?;
+        Plan::new(&scene, &request, &Limits::MINIMUM)
+    }
+
+    #[test]
+    fn a_prepass_is_forced_before_what_needs_it() {
+        let request = Request { technique: Technique::TiledForward, prepass: false, ..Request::default() };
+        let (prepass, bounds) = (EffectName::Prepass, EffectName::DepthBounds);
+        for force in [[prepass, bounds], [bounds, prepass]] {
+            let plan = overridden(request.clone(), &force, &[]).expect("a plan");
+            assert!(plan.prepass && plan.tiles.is_some_and(|tiles| tiles.bounds == DepthBounds::Mask));
+        }
+        assert!(overridden(request, &[bounds], &[]).is_err());
+    }
+
+    #[test]
+    fn depth_bounds_are_forced_as_they_were_asked_for() {
+        let of = |bounds| Request { technique: Technique::TiledForward, depth_bounds: bounds, ..Request::default() };
+        let bounds = EffectName::DepthBounds;
+        let plan = overridden(of(Some(DepthBounds::MinMax)), &[bounds], &[]).expect("a plan");
+        assert!(plan.tiles.is_some_and(|tiles| tiles.bounds == DepthBounds::MinMax));
+        let refused = overridden(of(Some(DepthBounds::Off)), &[bounds], &[]).expect_err("a contradiction");
+        assert!(refused.to_string().contains("contradicts"), "{refused}");
+        assert!(overridden(of(None), &[bounds], &[bounds]).is_err());
+    }
+
+    #[test]
+    fn what_cannot_run_is_not_said_to_be_forced_alone() {
+        let request = Request { technique: Technique::Auto, ..Request::default() };
+        let plan = overridden(request, &[EffectName::DepthBounds], &[]).expect("a plan");
+        let runs = plan.effects.iter().any(|effect| effect.name == "depth_bounds" && effect.runs);
+        let said = plan.notes.iter().find(|note| note.starts_with("depth_bounds is forced")).expect("a note");
+        assert_eq!(said.contains("nothing in this plan can run it"), !runs, "{said}");
     }
 }

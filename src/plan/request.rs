@@ -45,6 +45,11 @@ impl Technique {
         }
     }
 
+    /// Lights are listed, by tile or by cluster.
+    pub fn has_lists(self) -> bool {
+        self.clusters() || matches!(self, Self::TiledDeferred | Self::TiledForward)
+    }
+
     /// Light lists are those of clusters.
     pub fn clusters(self) -> bool {
         matches!(self, Self::ClusteredDeferred | Self::ClusteredForward)

@@ -21,22 +21,29 @@ pub(super) fn decide(request: &Request, limits: &Limits, notes: &mut Vec<String>
         notes.push(format!("--msaa {asked}: debug views have one sample a pixel"));
         return Ok(1);
     }
-    let deferred =
-        matches!(request.technique, Technique::Deferred | Technique::TiledDeferred | Technique::ClusteredDeferred);
-    let granted = limits.samples[usize::from(deferred)];
+    let granted = granted(request.technique, limits);
     if granted & asked != 0 {
         return Ok(asked);
     }
     // The nearest by ratio, of two the smaller.
     let distance = |count: &u32| (count.ilog2().abs_diff(asked.ilog2()), *count);
     let nearest = COUNTS.into_iter().filter(|count| granted & count != 0).min_by_key(distance).unwrap_or(1);
-    let what = if deferred { "G-buffers" } else { "pictures" };
+    let what = if is_deferred(request.technique) { "G-buffers" } else { "pictures" };
     let sentence = format!("--msaa {asked}: this device's {what} have no {asked} samples a pixel");
     if request.strict {
         return Err(Error::new(sentence));
     }
     notes.push(format!("{sentence}, {nearest} take their place"));
     Ok(nearest)
+}
+
+fn is_deferred(technique: Technique) -> bool {
+    matches!(technique, Technique::Deferred | Technique::TiledDeferred | Technique::ClusteredDeferred)
+}
+
+/// Numbers of samples that a technique's attachments can have, a bit each.
+pub(super) fn granted(technique: Technique, limits: &Limits) -> u32 {
+    limits.samples[usize::from(is_deferred(technique))]
 }
 
 /// Refuses what several samples cannot be combined with.
@@ -56,6 +63,14 @@ pub(super) fn check(plan: &Plan, request: &Request, limits: &Limits) -> Result<(
     }
     if plan.light_parts.count > 1 {
         return refused("this driver adds so many lights in several passes, which take one sample a pixel");
+    }
+    // Samples stand side by side where something is drawn over them.
+    let wide = u64::from(plan.view.width) * u64::from(plan.samples);
+    if plan.spreads_samples() && wide > u64::from(limits.max_image_dimension) {
+        return Err(Error::new(format!(
+            "--msaa {}: samples side by side are {wide} texels wide, this device's largest image has {}; a forward technique needs no such image",
+            plan.samples, limits.max_image_dimension
+        )));
     }
     check_loops(plan, limits)
 }
@@ -98,6 +113,27 @@ pub(super) fn effect(plan: &Plan, request: &Request) -> Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn samples_side_by_side_fit_into_an_image() {
+        let scene = builtin::load("glass:layers=1").expect("a built-in scene");
+        let limits = Limits { samples: [1 | 4; 2], float_blend: true, ..Limits::MINIMUM };
+        let planned = |width: u32, technique| {
+            Plan::new(&scene, &Request { width, height: 8, msaa: 4, technique, ..Request::default() }, &limits)
+        };
+        assert!(planned(1024, Technique::TiledDeferred).is_ok());
+        let refused = planned(1025, Technique::TiledDeferred).expect_err("4100 texels").to_string();
+        assert!(refused.contains("4100") && refused.contains("4096"), "{refused}");
+        assert!(planned(1025, Technique::TiledForward).is_ok());
+    }
+
+    #[test]
+    fn auto_takes_a_technique_that_has_the_samples() {
+        let scene = builtin::load("cornell").expect("a built-in scene");
+        let plan = Plan::new(&scene, &Request { msaa: 4, ..Request::default() }, &Limits::MINIMUM).expect("a plan");
+        assert_eq!((plan.samples, plan.deferred.is_none()), (4, true));
+    }
 
     fn decided(msaa: u32, technique: Technique, strict: bool) -> (Result<u32>, Vec<String>) {
         let mut notes = Vec::new();

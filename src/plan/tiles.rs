@@ -170,10 +170,10 @@ impl Tiles {
         words * 4 + image + (self.lights.len() + self.cones.len() + self.edges.len()) as u64 * 16
     }
 
-    /// Bytes of one more set of lists of these tiles, bounds included.
-    pub(super) fn list_bytes(&self) -> u64 {
+    /// Bytes of one more set of lists of these tiles, with such bounds.
+    pub(super) fn list_bytes(&self, bounds: DepthBounds) -> u64 {
         let [of_tiles, _] = self.counts();
-        let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
+        let image = if bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
         (self.tile_pairs + 2 * of_tiles) * 4 + image
     }
 

@@ -55,9 +55,15 @@ impl Transparency {
             if request.transparent_bounds.is_some() {
                 plan.notes.push("--transparent-bounds: nothing in this scene is blended".into());
             }
+            if request.transparent_sort != TransparentSort::Object {
+                plan.notes.push("--transparent-sort: nothing in this scene is blended".into());
+            }
             return Ok(None);
         }
         let mut bounds = request.transparent_bounds.unwrap_or(TransparentBounds::Own);
+        if plan.technique == Technique::Reference && request.transparent_sort != TransparentSort::Object {
+            plan.notes.push("--transparent-sort: the reference mixes surfaces in the order of each ray".into());
+        }
         check_bounds(plan, request)?;
         let clusters = plan.clusters.as_ref().zip(plan.tiles.as_ref());
         let lists = match (clusters, &plan.tiles) {
@@ -110,15 +116,19 @@ impl Transparency {
     /// Bytes of lists and images that blended surfaces add.
     pub fn bytes(&self, plan: &Plan) -> u64 {
         let lists = match (&self.lists, &plan.tiles) {
-            (TransparentLists::Tiles { .. }, Some(tiles)) => tiles.list_bytes(),
-            (TransparentLists::Clusters(clusters), Some(tiles)) => {
-                let candidates = if clusters.tree.is_some() { 0 } else { tiles.list_bytes() };
-                clusters.bytes() + candidates
-            }
+            (TransparentLists::Tiles { bounds }, Some(tiles)) => tiles.list_bytes(*bounds),
+            (TransparentLists::Clusters(clusters), Some(tiles)) => match &clusters.tree {
+                // The tree is there already.
+                Some(tree) => clusters.bytes() - tree.bytes(),
+                None => clusters.bytes() + tiles.list_bytes(tiles.bounds),
+            },
             _ => 0,
         };
-        let depth = if self.needs_depth(plan) { plan.pixels() * super::DEPTH_BYTES } else { 0 };
-        lists + depth + if self.layer { plan.pixels() * super::RADIANCE_BYTES / 2 } else { 0 }
+        let (pixels, samples) = (plan.pixels(), u64::from(plan.samples));
+        let depth = if self.needs_depth(plan) { pixels * samples * super::DEPTH_BYTES } else { 0 };
+        // The layer, and the picture that it is mixed into.
+        let layer = pixels * (samples * super::RADIANCE_BYTES / 2 + super::RADIANCE_BYTES);
+        lists + depth + if self.layer { layer } else { 0 }
     }
 
     /// The nearest blended fragment of each pixel is asked for.
@@ -137,11 +147,16 @@ impl Transparency {
     }
 }
 
-fn check_bounds(plan: &Plan, request: &Request) -> Result<()> {
+fn check_bounds(plan: &mut Plan, request: &Request) -> Result<()> {
     let Some(asked) = request.transparent_bounds else { return Ok(()) };
     let refused = |why: String| Err(Error::usage(format!("--transparent-bounds {}: {why}", asked.name())));
     let name = plan.technique.name();
     match (&plan.tiles, &plan.clusters) {
+        (None, _) if plan.technique.has_lists() => {
+            plan.notes
+                .push(format!("--transparent-bounds {}: no light ends anywhere, nothing is listed", asked.name()));
+            Ok(())
+        }
         (None, _) => refused(format!("{name} has no light lists")),
         (_, Some(_)) if asked == TransparentBounds::Merged => {
             refused(format!("{name} keeps blended fragments in clusters of their own; merged bounds are for tiles"))

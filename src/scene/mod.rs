@@ -105,8 +105,13 @@ pub struct Height {
     pub texture: Texture,
     /// Its channel, 0 to 3 for red, green, blue and alpha.
     pub channel: usize,
-    /// Depth of 0, in widths of the texture; not negative.
+    /// Depth of 0, in widths of the texture: 0 to 1.
     pub scale: f32,
+}
+
+impl Height {
+    /// The depth where a file says none.
+    pub const SCALE: f32 = 0.05;
 }
 
 /// glTF's `alphaMode`.

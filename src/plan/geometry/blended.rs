@@ -1,11 +1,14 @@
 //! Draws of blended surfaces, from back to front as the eye sees them: by the distance of an object's or a triangle's middle, ties in the
 //! scene's order. Surfaces that meet or surround one another have no such order; `accuracy` shows what that costs.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::{Faces, Geometry, PlannedDraw, instance, variant_of};
-use crate::plan::TransparentSort;
+use crate::error::{Error, Result};
 use crate::plan::materials::Materials;
+use crate::plan::{Limits, TransparentSort};
 use crate::scene::view::View;
 use crate::scene::{Mesh, Scene};
 
@@ -17,13 +20,20 @@ struct Triangle {
 }
 
 /// Appends instances and draws of the scene's instances `members`.
+///
+/// # Errors
+/// More sorted triangles than an index buffer of this device takes.
 pub(super) fn add(
     geometry: &mut Geometry,
     scene: &Scene,
     view: &View,
     materials: &Materials,
     (members, sort): (&[usize], TransparentSort),
-) {
+    limits: &Limits,
+) -> Result<()> {
+    if sort == TransparentSort::Triangle {
+        check_sorted(geometry, scene, members, limits)?;
+    }
     let mut objects = Vec::new();
     for &index in members {
         let placed = &scene.instances[index];
@@ -53,8 +63,11 @@ pub(super) fn add(
     };
     match sort {
         TransparentSort::Object => {
-            let middle =
-                |object: usize| distance(object, middle_of_box(&scene.meshes[scene.instances[objects[object].1].mesh]));
+            let mut middles = HashMap::new();
+            let mut middle = |object: usize| {
+                let mesh = scene.instances[objects[object].1].mesh;
+                distance(object, *middles.entry(mesh).or_insert_with(|| middle_of_box(&scene.meshes[mesh])))
+            };
             let mut order: Vec<_> = (0..objects.len()).map(|object| (middle(object), object)).collect();
             order.sort_by(|a, b| b.0.total_cmp(&a.0));
             geometry.blended.extend(order.iter().flat_map(|&(_, object)| faces(objects[object].0)));
@@ -83,6 +96,22 @@ pub(super) fn add(
             }
         }
     }
+    Ok(())
+}
+
+/// Refuses sorted triangles before room is made for them: every instance has indices of its own.
+fn check_sorted(geometry: &Geometry, scene: &Scene, members: &[usize], limits: &Limits) -> Result<()> {
+    let sorted: u64 = members.iter().map(|&i| scene.meshes[scene.instances[i].mesh].indices.len() as u64).sum();
+    let bytes = (geometry.index_count + sorted).saturating_mul(4);
+    if bytes <= limits.max_buffer_bytes && bytes / 4 <= u64::from(u32::MAX) {
+        return Ok(());
+    }
+    Err(Error::new(format!(
+        "{}: sorted triangles of {} blended instances make an index buffer of {bytes} bytes, this device's largest buffer has {}; --transparent-sort object needs no copies",
+        scene.name,
+        members.len(),
+        limits.max_buffer_bytes
+    )))
 }
 
 /// Of what is seen from both sides the backs come first: of a closed object they lie behind its fronts.
@@ -112,7 +141,7 @@ mod tests {
     use glam::DMat4;
 
     use super::*;
-    use crate::plan::{Limits, Plan, Request, Technique};
+    use crate::plan::{Plan, Request, Technique};
     use crate::scene::{AlphaMode, Camera, Instance, Material};
 
     /// Panes of 2 m at the given distances before the eye, seen from both sides or not.
@@ -165,5 +194,21 @@ mod tests {
         assert_eq!(distances(&plan), [5.0, 2.0]);
         assert_eq!(plan.geometry.index_data(&scene), [0, 1, 2, 0, 2, 3, 0, 1, 2, 0, 2, 3, 0, 1, 2, 0, 2, 3]);
         assert_eq!(plan.geometry.index_count, 18);
+    }
+
+    #[test]
+    fn sorted_triangles_fit_into_a_buffer() {
+        // One mesh of 6 indices, and a copy of them an instance.
+        let scene = panes(&[2.0; 100], true);
+        let message = |max_buffer_bytes| {
+            let transparent_sort = TransparentSort::Triangle;
+            let technique = Technique::Forward;
+            let request = Request { width: 8, height: 8, technique, transparent_sort, ..Request::default() };
+            let limits = Limits { float_blend: true, max_buffer_bytes, ..Limits::MINIMUM };
+            Plan::new(&scene, &request, &limits).err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        let refused = message(600 * 4 - 1);
+        assert!(refused.contains("sorted triangles of 100 blended instances") && refused.contains("2400"), "{refused}");
+        assert!(!message(606 * 4).contains("sorted"));
     }
 }

@@ -82,13 +82,18 @@ impl<'a> Loader<'a> {
                 color: own.get("color")?.map_or(Ok(OwnModel::WHITE), non_negative)?,
                 exponent: own.get("exponent")?.map_or(Ok(OwnModel::EXPONENT), positive)?,
             });
+        } else if let Some(unused) = own.get("color")?.or(own.get("exponent")?) {
+            return Err(unused.error("is given without a model"));
         }
         if let Some(height) = own.get("heightTexture")? {
             let channel = height.get("channel")?.map_or(Ok(0), Value::index)?;
             if channel > 3 {
                 return Err(height.require("channel")?.error(format_args!("{channel} is not 0, 1, 2 or 3")));
             }
-            let scale = fraction_or(height, "scale", 0.05)?;
+            let scale = height.get("scale")?.map_or(Ok(Height::SCALE), |scale| {
+                let value = at_least_zero(scale)?;
+                if value <= 1.0 { Ok(value) } else { Err(scale.error(format_args!("{value} is not in 0 to 1"))) }
+            })?;
             read.height = self.texture(height)?.map(|texture| Height { texture, channel, scale });
         }
         Ok(())
@@ -212,11 +217,7 @@ fn positive(value: Value<'_>) -> Result<f32> {
 
 /// A factor from 0 to 1, 1 where it is absent; exporters overshoot 1 by rounding.
 fn fraction(holder: Value<'_>, key: &str) -> Result<f32> {
-    fraction_or(holder, key, 1.0)
-}
-
-fn fraction_or(holder: Value<'_>, key: &str, absent: f32) -> Result<f32> {
-    holder.get(key)?.map_or(Ok(absent), |value| Ok(at_least_zero(value)?.min(1.0)))
+    holder.get(key)?.map_or(Ok(1.0), |value| Ok(at_least_zero(value)?.min(1.0)))
 }
 
 fn read_sampler(sampler: Value<'_>) -> Result<Sampler> {

@@ -268,3 +268,25 @@ fn lights_keep_range_and_intensity_under_scale() {
     assert!(lights[1].direction.abs_diff_eq(DVec3::Y, 1e-12), "a quarter turn about x: {}", lights[1].direction);
     assert_eq!((lights[2].kind, lights[2].direction, lights[2].range), (LightKind::Directional, DVec3::NEG_Z, None));
 }
+
+#[test]
+fn own_extras_name_the_member_that_is_wrong() {
+    let refused = |own: &str| {
+        let mut b = Builder::default();
+        let p = b.floats("VEC3", 3, &TRIANGLE);
+        let more = format!(r#","materials":[{{"extras":{{"lampyris":{{{own}}}}}}}]"#);
+        let drawn = b.draw(&format!(r#""attributes":{{"POSITION":{p}}},"material":0"#), &more);
+        drawn.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    for (own, member, why) in [
+        (r#""color":[1,0,0]"#, "lampyris.color", "without a model"),
+        (r#""exponent":2"#, "lampyris.exponent", "without a model"),
+        (r#""model":"toon""#, "lampyris.model", "none of lambert"),
+        (r#""heightTexture":{"index":0,"scale":1.5}"#, "lampyris.heightTexture.scale", "1.5 is not in 0 to 1"),
+        (r#""heightTexture":{"index":0,"channel":4}"#, "lampyris.heightTexture.channel", "4 is not"),
+    ] {
+        let sentence = refused(own);
+        assert!(sentence.contains(member) && sentence.contains(why), "{own}: {sentence}");
+    }
+    assert_eq!(refused(r#""model":"rim","color":[1,0,0]"#), "");
+}
