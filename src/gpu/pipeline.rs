@@ -70,7 +70,7 @@ type UsedBindings = Option<BTreeSet<(u32, u32)>>;
 struct Modules<'a> {
     device: &'a Device,
     raw: Vec<(vk::ShaderStageFlags, vk::ShaderModule)>,
-    /// What each stage reaches; `None`: not known.
+    /// What each stage reaches.
     used: Vec<(vk::ShaderStageFlags, UsedBindings)>,
 }
 
@@ -94,9 +94,7 @@ impl<'a> Modules<'a> {
 
     /// A stage declares the slot and may reach it.
     fn uses(&self, slot: &Slot) -> bool {
-        let reaches = |used: &Option<BTreeSet<(u32, u32)>>| {
-            used.as_ref().is_none_or(|used| used.contains(&(slot.set, slot.binding)))
-        };
+        let reaches = |used: &UsedBindings| used.as_ref().is_none_or(|used| used.contains(&(slot.set, slot.binding)));
         self.used.iter().any(|(stage, used)| slot.stages.contains(*stage) && reaches(used))
     }
 
