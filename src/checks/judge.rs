@@ -84,6 +84,9 @@ impl<'a> Interior<'a> {
     }
 }
 
+/// Alpha that a surface may have beside that of rays, from filters.
+const ALPHA_BOUND: f64 = 1.0 / 8.0;
+
 /// Draws `scene` and compares it with rays; the module says how the bounds come about.
 ///
 /// # Errors
@@ -98,8 +101,8 @@ pub fn judge(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Ju
     let uniform = metrics::interior_mask(&traced.surface_id, traced.width, traced.height);
     let is_hit = |pixel: usize| traced.surface_id[pixel] != u32::MAX;
     let is_covered = |pixel: usize| drawn[pixel][3] > 0.0;
-    // Alpha of a blended surface is filtered, that of others 0 or 1.
-    let is_elsewhere = |pixel: usize| (f64::from(drawn[pixel][3]) - traced.rgba[pixel][3]).abs() > 0.5;
+    // Alpha is 0 or 1, but for blended surfaces, whose textures drivers filter to 8 bits.
+    let is_elsewhere = |pixel: usize| (f64::from(drawn[pixel][3]) - traced.rgba[pixel][3]).abs() > ALPHA_BOUND;
     let pixels: Vec<usize> = (0..drawn.len()).filter(|&p| uniform[p] && is_hit(p)).collect();
     let interior = Interior::new(&traced.rgba, pixels);
     let (error, outliers) = interior.errors(&metrics::widen(&drawn));
