@@ -225,7 +225,7 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
         (
             "blending of 32-bit floats",
             facts.float_blend,
-            "light volumes add nothing, blended surfaces are mixed in a 16-bit layer",
+            "a pass over the full screen stands in for light volumes, blended surfaces are mixed in a 16-bit layer",
         ),
         ("4 samples a pixel", facts.samples[0] & 4 != 0, "--msaa takes the nearest number of samples there is"),
         (
@@ -258,7 +258,9 @@ fn sample_counts(instance: &Instance, physical: vk::PhysicalDevice) -> [u32; 2] 
     let lit = of(vk::Format::R32G32B32A32_SFLOAT, U::COLOR_ATTACHMENT)
         & of(vk::Format::D32_SFLOAT, U::DEPTH_STENCIL_ATTACHMENT);
     let stored = [
+        vk::Format::R8G8_UINT,
         vk::Format::A2B10G10R10_UNORM_PACK32,
+        vk::Format::A2B10G10R10_UINT_PACK32,
         vk::Format::R16G16_UINT,
         vk::Format::R16G16B16A16_UINT,
         vk::Format::R8G8B8A8_UNORM,

@@ -27,6 +27,22 @@ pub struct GraphicsPipeline {
     pub depth_clamp: bool,
 }
 
+impl GraphicsPipeline {
+    /// Replaces every texel of one attachment of one sample, whatever its depth.
+    pub fn full_screen(program: &'static Program, constants: Vec<(u32, u32)>, format: vk::Format) -> Self {
+        Self {
+            program,
+            constants,
+            colors: vec![format],
+            samples: 1,
+            sample_mask: u32::MAX,
+            blend: Blend::Replace,
+            depth: None,
+            depth_clamp: false,
+        }
+    }
+}
+
 /// How a fragment's colour meets what the attachment holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Blend {
@@ -75,6 +91,26 @@ pub struct Render {
 }
 
 impl Render {
+    /// One triangle over `image`, cleared before, by each of the pipelines in turn.
+    pub fn full_screen(
+        image: ImageHandle,
+        extent: [u32; 2],
+        bindings: Vec<Binding>,
+        pipelines: Vec<GraphicsPipeline>,
+    ) -> Self {
+        Self {
+            colors: vec![ColorAttachment { image, clear: Some([0.0; 4]) }],
+            depth: None,
+            extent,
+            bindings,
+            material_bindings: Vec::new(),
+            draws: (0..pipelines.len()).map(Draw::full_screen).collect(),
+            pipelines,
+            vertices: None,
+            indices: None,
+        }
+    }
+
     /// How the scope uses one of its colour attachments.
     pub fn color_access(&self, color: &ColorAttachment) -> Access {
         let blends = self.pipelines.iter().any(|p| p.blend != Blend::Replace);

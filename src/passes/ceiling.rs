@@ -6,7 +6,7 @@
 use super::forward::light_constants;
 use super::{Frame, RADIANCE_FORMAT, SceneHandles, read_back};
 use crate::graph::access::{FragmentStorageRead, FragmentTexel, FragmentUniform};
-use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, Lifetime, Render, Work};
+use crate::graph::{Graph, GraphicsPipeline, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::shade::ceiling;
 
@@ -32,27 +32,8 @@ pub fn frame(plan: &Plan) -> Frame {
         INVERSE_SQUARE: constants.inverse_square,
         SHADING: constants.shading,
     };
-    let pipeline = GraphicsPipeline {
-        program: &ceiling::PROGRAM,
-        constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: None,
-        depth_clamp: false,
-        samples: 1,
-        sample_mask: u32::MAX,
-    };
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
-        depth: None,
-        extent,
-        bindings: set.list(),
-        material_bindings: Vec::new(),
-        pipelines: vec![pipeline],
-        draws: vec![Draw::full_screen(0)],
-        vertices: None,
-        indices: None,
-    };
+    let pipeline = GraphicsPipeline::full_screen(&ceiling::PROGRAM, spec.values(), RADIANCE_FORMAT);
+    let render = Render::full_screen(radiance, extent, set.list(), vec![pipeline]);
     graph.add("ceiling", Work::Render(render));
     graph.end_frame();
     let results = read_back::add(&mut graph, &[("radiance", radiance)]);

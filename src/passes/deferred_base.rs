@@ -9,7 +9,7 @@ use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
 use super::{SceneHandles, nearest_sampler, radiance_format};
 use crate::graph::access::{FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform};
-use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::{Gbuffer, Plan};
 use crate::shaders::shade::deferred_base;
 
@@ -40,17 +40,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, planned: &Gbuffer, scene: &SceneHandl
         material_samples: None,
         emission_samples: None,
     };
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
-        depth: None,
-        extent,
-        bindings: layers.with_depth(set.list()),
-        material_bindings: Vec::new(),
-        pipelines: vec![pipeline(plan, planned)],
-        draws: vec![Draw::full_screen(0)],
-        vertices: None,
-        indices: None,
-    };
+    let render = Render::full_screen(radiance, extent, layers.with_depth(set.list()), vec![pipeline(plan, planned)]);
     graph.add("deferred_base", Work::Render(render));
     radiance
 }
@@ -71,14 +61,5 @@ fn pipeline(plan: &Plan, planned: &Gbuffer) -> GraphicsPipeline {
         STORED_MATERIAL: gbuffer.material,
         SAMPLES: 1,
     };
-    GraphicsPipeline {
-        program: &deferred_base::PROGRAM,
-        constants: spec.values(),
-        colors: vec![radiance_format(plan)],
-        blend: Blend::Replace,
-        depth: None,
-        depth_clamp: false,
-        samples: 1,
-        sample_mask: u32::MAX,
-    }
+    GraphicsPipeline::full_screen(&deferred_base::PROGRAM, spec.values(), radiance_format(plan))
 }

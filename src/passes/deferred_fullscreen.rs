@@ -8,7 +8,7 @@ use super::forward::light_constants;
 use super::gbuffer::{Layers, gbuffer_constants};
 use super::{RADIANCE_FORMAT, SceneHandles, nearest_sampler};
 use crate::graph::access::{FragmentSampled, FragmentStorageRead, FragmentTexel, FragmentUniform};
-use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::{Gbuffer, Plan};
 use crate::shaders::shade::deferred_fullscreen;
 
@@ -46,17 +46,8 @@ pub fn add(
         material_samples: None,
         emission_samples: None,
     };
-    let render = Render {
-        colors: vec![ColorAttachment { image: radiance, clear: Some([0.0; 4]) }],
-        depth: None,
-        extent,
-        bindings: layers.with_depth(set.list()),
-        material_bindings: Vec::new(),
-        pipelines: vec![pipeline(plan, planned, branch)],
-        draws: vec![Draw::full_screen(0)],
-        vertices: None,
-        indices: None,
-    };
+    let render =
+        Render::full_screen(radiance, extent, layers.with_depth(set.list()), vec![pipeline(plan, planned, branch)]);
     graph.add("deferred_fullscreen", Work::Render(render));
     radiance
 }
@@ -77,14 +68,5 @@ fn pipeline(plan: &Plan, planned: &Gbuffer, branch: bool) -> GraphicsPipeline {
         STORED_MATERIAL: gbuffer.material,
         SAMPLES: 1,
     };
-    GraphicsPipeline {
-        program: &deferred_fullscreen::PROGRAM,
-        constants: spec.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: None,
-        depth_clamp: false,
-        samples: 1,
-        sample_mask: u32::MAX,
-    }
+    GraphicsPipeline::full_screen(&deferred_fullscreen::PROGRAM, spec.values(), RADIANCE_FORMAT)
 }

@@ -5,7 +5,7 @@
 
 use super::{RADIANCE_FORMAT, nearest_sampler};
 use crate::graph::access::FragmentSampled;
-use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Render, Work};
+use crate::graph::{Graph, GraphicsPipeline, ImageHandle, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::shade::msaa_spread;
 
@@ -17,27 +17,12 @@ pub fn add(graph: &mut Graph, plan: &Plan, texels: ImageHandle) -> ImageHandle {
     let extent = [plan.view.width, plan.view.height];
     let samples = graph.image_of_samples("radiance_samples", RADIANCE_FORMAT, extent, plan.samples);
     let set = msaa_spread::Bindings { radiance_texels: FragmentSampled(texels, nearest_sampler()) };
-    let pipeline = |sample: u32| GraphicsPipeline {
-        program: &msaa_spread::PROGRAM,
-        constants: msaa_spread::Spec { SAMPLES: plan.samples, SAMPLE: sample }.values(),
-        colors: vec![RADIANCE_FORMAT],
-        samples: plan.samples,
-        sample_mask: 1 << sample,
-        blend: Blend::Replace,
-        depth: None,
-        depth_clamp: false,
-    };
-    let render = Render {
-        colors: vec![ColorAttachment { image: samples, clear: Some([0.0; 4]) }],
-        depth: None,
-        extent,
-        bindings: set.list(),
-        material_bindings: Vec::new(),
-        pipelines: (0..plan.samples).map(pipeline).collect(),
-        draws: (0..plan.samples as usize).map(Draw::full_screen).collect(),
-        vertices: None,
-        indices: None,
-    };
+    let pipelines = (0..plan.samples).map(|sample| {
+        let spec = msaa_spread::Spec { SAMPLES: plan.samples, SAMPLE: sample };
+        let pipeline = GraphicsPipeline::full_screen(&msaa_spread::PROGRAM, spec.values(), RADIANCE_FORMAT);
+        GraphicsPipeline { samples: plan.samples, sample_mask: 1 << sample, ..pipeline }
+    });
+    let render = Render::full_screen(samples, extent, set.list(), pipelines.collect());
     graph.add("msaa_spread", Work::Render(render));
     samples
 }

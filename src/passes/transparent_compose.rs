@@ -6,7 +6,7 @@
 
 use super::{RADIANCE_FORMAT, SceneHandles, nearest_sampler, one_sample, several_samples};
 use crate::graph::access::FragmentSampled;
-use crate::graph::{Blend, ColorAttachment, Draw, Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
+use crate::graph::{Graph, GraphicsPipeline, ImageHandle, Lifetime, Render, Work};
 use crate::plan::Plan;
 use crate::shaders::shade::transparent_compose;
 
@@ -27,27 +27,12 @@ pub fn add(
         radiance_samples: several_samples(graph, radiance).map(sampled),
         layer_samples: several_samples(graph, layer).map(sampled),
     };
-    let pipeline = GraphicsPipeline {
-        program: &transparent_compose::PROGRAM,
-        constants: transparent_compose::Spec { SAMPLES: plan.samples }.values(),
-        colors: vec![RADIANCE_FORMAT],
-        blend: Blend::Replace,
-        depth: None,
-        depth_clamp: false,
-        samples: 1,
-        sample_mask: u32::MAX,
-    };
-    let render = Render {
-        colors: vec![ColorAttachment { image: mixed, clear: Some([0.0; 4]) }],
-        depth: None,
-        extent,
-        bindings: set.list(),
-        material_bindings: Vec::new(),
-        pipelines: vec![pipeline],
-        draws: vec![Draw::full_screen(0)],
-        vertices: None,
-        indices: None,
-    };
+    let pipeline = GraphicsPipeline::full_screen(
+        &transparent_compose::PROGRAM,
+        transparent_compose::Spec { SAMPLES: plan.samples }.values(),
+        RADIANCE_FORMAT,
+    );
+    let render = Render::full_screen(mixed, extent, set.list(), vec![pipeline]);
     graph.add("transparent_compose", Work::Render(render));
     mixed
 }

@@ -31,8 +31,6 @@ pub struct Clusters {
     pub directions: Vec<[f32; 4]>,
     /// What bounds a cluster.
     pub bounds: ClusterBounds,
-    /// Clusters tell directions of normals apart.
-    pub tells_normals: bool,
     /// Clusters are made of the samples that a pre-pass leaves; else every slice of every tile is one.
     pub keyed: bool,
     /// They are those that samples or fragments flag: the place of each among them is looked up by its slice, not by pixel.
@@ -146,7 +144,6 @@ impl Clusters {
             directions: Vec::new(),
             key_bits: bits(tiles.count_tiles()) + grid.slice_bits,
             bounds: request.cluster_bounds_or_default(),
-            tells_normals: direction_bits > 0,
             flagged: false,
             merged: keyed && parts > 1,
             longest_list: 0,
@@ -168,7 +165,9 @@ impl Clusters {
         let keys = blocks * (u64::from(self.grid.block_keys) + 2) + clusters;
         if self.flagged {
             // Flags, their offsets, keys and places.
-            return 4 * (assigned + 4 * clusters) + self.tree.as_ref().map_or(0, TreeSource::bytes);
+            return 4 * (assigned + 4 * clusters)
+                + self.slices.len() as u64 * 16
+                + self.tree.as_ref().map_or(0, TreeSource::bytes);
         }
         let boxes = if self.bounds == ClusterBounds::Explicit { entries * u64::from(BOX_WORDS) } else { 0 };
         // Keys with origins, sorted; two buffers of pairs; heads and their offsets; clusters of entries.
@@ -192,9 +191,9 @@ impl Clusters {
         if self.by_normal() { 2 * self.count_directions() as usize } else { 0 }
     }
 
-    /// Clusters tell directions of normals.
+    /// Clusters tell directions of normals: those that are made of samples, which flags are not.
     pub fn by_normal(&self) -> bool {
-        self.tells_normals
+        self.grid.direction_bits > 0 && self.keyed && !self.flagged
     }
 
     /// Clusters of blended surfaces in the same slices: those that fragments flag, or every slice of every tile.
@@ -216,7 +215,6 @@ impl Clusters {
             grid: ClusterGrid { capacity: saturated(dense), entry_capacity: 0, ..self.grid },
             directions: Vec::new(),
             bounds: ClusterBounds::Implicit,
-            tells_normals: false,
             keyed: flagged,
             flagged,
             merged: false,

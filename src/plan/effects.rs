@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::materials::{HEIGHT_MAP, NORMAL_MAP};
-use super::{DepthBounds, GbufferLayout, Plan, Request, Technique};
+use super::{DepthBounds, Gbuffer, Plan, Request, Technique};
 use super::{gbuffer, samples, transparency};
 use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
@@ -76,13 +76,10 @@ fn lights(plan: &Plan) -> Effect {
 /// Why there are no lists: the technique has none, or nothing would stand in them.
 fn without_lists(plan: &Plan, otherwise: &str) -> String {
     let name = plan.technique.name();
-    match plan.technique {
-        Technique::Forward | Technique::Deferred | Technique::Reference | Technique::Auto => {
-            format!("{name} {otherwise}")
-        }
-        _ if plan.clusters.is_none() && plan.tiles.is_some() => format!("{name} {otherwise}"),
-        _ => format!("none of {} lights ends anywhere: there is nothing to list", plan.lights.count),
+    if plan.tiles.is_none() && plan.technique.has_lists() {
+        return format!("none of {} lights ends anywhere: there is nothing to list", plan.lights.count);
     }
+    format!("{name} {otherwise}")
 }
 
 fn depth_bounds(plan: &Plan) -> Effect {
@@ -161,15 +158,16 @@ fn material_models(plan: &Plan, scene: &Scene) -> Effect {
     let own = |model: Model| scene.materials.iter().filter(|m| m.model.is_some_and(|own| own.model == model)).count();
     let counts = Model::ALL.map(|model| (model.name(), own(model)));
     let named: Vec<_> = counts.iter().filter(|c| c.1 > 0).map(|(name, count)| format!("{count} {name}")).collect();
-    let stored = plan.deferred.as_ref().is_some_and(|deferred| deferred.gbuffer.material);
+    let gbuffer = plan.deferred.as_ref().map(|deferred| deferred.gbuffer);
+    let stored = gbuffer.is_some_and(|gbuffer| gbuffer.material);
     let why = match (named.is_empty(), stored) {
         (true, _) => format!("none of {} materials names a shading model", scene.materials.len()),
         (false, true) => format!("{}: the G-buffer says which material is seen", named.join(", ")),
         (false, false) => format!("{}: a pipeline each", named.join(", ")),
     };
-    let compact = plan.deferred.as_ref().is_some_and(|d| d.gbuffer.layout == GbufferLayout::Compact);
-    let bytes = if stored && compact { plan.pixels() * 4 } else { 0 };
-    effect("material_models", !named.is_empty(), why, bytes)
+    let without = |gbuffer: Gbuffer| Gbuffer { material: false, ..gbuffer }.texel_bytes();
+    let bytes = gbuffer.map_or(0, |gbuffer| gbuffer.texel_bytes() - without(gbuffer));
+    effect("material_models", !named.is_empty(), why, bytes * plan.pixels())
 }
 
 fn alpha_mask(scene: &Scene) -> Effect {

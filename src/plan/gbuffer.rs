@@ -259,6 +259,8 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Scene, builtin};
+
     /// Pixels that a thread of tiled-deferred shades.
     fn pixels(request: Request, shared_pair: f64) -> crate::error::Result<Option<u32>> {
         let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
@@ -285,8 +287,6 @@ mod tests {
         let other = Request { technique: Technique::ClusteredDeferred, pixels_a_thread: Some(1), ..tiled };
         assert!(pixels(other, 0.0).expect_err("another technique").to_string().contains("clustered-deferred"));
     }
-
-    use crate::scene::{Scene, builtin};
 
     fn scene() -> Scene {
         builtin::load("cornell").expect("a built-in scene")

@@ -1,5 +1,7 @@
 //! Meshes in device form: one vertex buffer of separate attribute streams, one index buffer, instances sorted into draws.
 
+mod blended;
+
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DMat4, DVec3};
@@ -253,5 +255,3 @@ impl Geometry {
         of_meshes.chain(self.sorted_indices.iter().copied()).collect()
     }
 }
-
-mod blended;

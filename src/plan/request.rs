@@ -50,6 +50,11 @@ impl Technique {
         self.clusters() || matches!(self, Self::TiledDeferred | Self::TiledForward)
     }
 
+    /// Lights meet a G-buffer.
+    pub fn is_deferred(self) -> bool {
+        matches!(self, Self::Deferred | Self::TiledDeferred | Self::ClusteredDeferred)
+    }
+
     /// Light lists are those of clusters.
     pub fn clusters(self) -> bool {
         matches!(self, Self::ClusteredDeferred | Self::ClusteredForward)

@@ -28,7 +28,7 @@ pub(super) fn decide(request: &Request, limits: &Limits, notes: &mut Vec<String>
     // The nearest by ratio, of two the smaller.
     let distance = |count: &u32| (count.ilog2().abs_diff(asked.ilog2()), *count);
     let nearest = COUNTS.into_iter().filter(|count| granted & count != 0).min_by_key(distance).unwrap_or(1);
-    let what = if is_deferred(request.technique) { "G-buffers" } else { "pictures" };
+    let what = if request.technique.is_deferred() { "G-buffers" } else { "pictures" };
     let sentence = format!("--msaa {asked}: this device's {what} have no {asked} samples a pixel");
     if request.strict {
         return Err(Error::new(sentence));
@@ -37,13 +37,9 @@ pub(super) fn decide(request: &Request, limits: &Limits, notes: &mut Vec<String>
     Ok(nearest)
 }
 
-fn is_deferred(technique: Technique) -> bool {
-    matches!(technique, Technique::Deferred | Technique::TiledDeferred | Technique::ClusteredDeferred)
-}
-
 /// Numbers of samples that a technique's attachments can have, a bit each.
 pub(super) fn granted(technique: Technique, limits: &Limits) -> u32 {
-    limits.samples[usize::from(is_deferred(technique))]
+    limits.samples[usize::from(technique.is_deferred())]
 }
 
 /// Refuses what several samples cannot be combined with.
