@@ -86,7 +86,7 @@ fn depth_bounds(plan: &Plan) -> Effect {
     let Some(tiles) = &plan.tiles else {
         return effect("depth_bounds", false, without_lists(plan, "has no light lists"), 0);
     };
-    let bytes = u64::from(tiles.count_tiles()) * 16;
+    let bytes = tiles.bounds_bytes(DepthBounds::MinMax);
     let why = match tiles.bounds {
         DepthBounds::Off if plan.walks_tree() => "clusters find their lights without lists of tiles".into(),
         DepthBounds::Off if !plan.prepass => "no depth is known before shading".into(),

@@ -3,14 +3,11 @@
 //! Everything that takes more than adding, multiplying and comparing is done here in f64 and rounded outward; the device decides
 //! membership by exact arithmetic alone (math/cull.rs).
 
-use std::f64::consts::FRAC_PI_2;
-
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::gbuffer::depth_terms;
 use super::light_parts::Sum;
-use super::projection::{self, PixelRect};
 use super::request::{CullTest, DepthBounds};
 use super::{Limits, Request};
 use crate::error::{Error, Result};
@@ -18,10 +15,9 @@ use crate::math::cull;
 use crate::scene::LightKind;
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::{Lens, View};
-use crate::shared::{
-    self, BIN_TILES, CONE_TEXELS, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid,
-};
+use crate::shared::{self, BIN_TILES, CULL_TEXELS, LIGHT_CHUNK, LIST_CHUNK, MOST_GROUPS, SCAN_RUN, TileGrid};
 
+use cull_data::cone_texels;
 pub(super) use reduction::check_reduction;
 
 /// What the plan decided about tiles.
@@ -157,24 +153,24 @@ impl Tiles {
         (self.lights.len() + self.cones.len()) as u64
     }
 
-    /// What the device culls by: lights, and behind them their cones.
-    pub fn cull_data(&self) -> Vec<[f32; 4]> {
-        self.lights.iter().chain(&self.cones).copied().collect()
-    }
-
     /// Bytes of every buffer and image that lists take.
     pub fn bytes(&self) -> u64 {
         let [of_tiles, of_bins] = self.counts();
         let words = self.bin_pairs + self.tile_pairs + 2 * of_tiles + 2 * of_bins;
-        let image = if self.bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
-        words * 4 + image + (self.lights.len() + self.cones.len() + self.edges.len()) as u64 * 16
+        words * 4
+            + self.bounds_bytes(self.bounds)
+            + (self.lights.len() + self.cones.len() + self.edges.len()) as u64 * 16
     }
 
     /// Bytes of one more set of lists of these tiles, with such bounds.
     pub(super) fn list_bytes(&self, bounds: DepthBounds) -> u64 {
         let [of_tiles, _] = self.counts();
-        let image = if bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 };
-        (self.tile_pairs + 2 * of_tiles) * 4 + image
+        (self.tile_pairs + 2 * of_tiles) * 4 + self.bounds_bytes(bounds)
+    }
+
+    /// Bytes of the image of bounds.
+    pub(super) fn bounds_bytes(&self, bounds: DepthBounds) -> u64 {
+        if bounds == DepthBounds::Off { 0 } else { u64::from(self.count_tiles()) * 16 }
     }
 
     /// Says how far away the farthest surface can be, which stands for the sky behind blended ones.
@@ -193,28 +189,6 @@ impl Tiles {
     fn most_words(&self) -> u64 {
         let [of_tiles, of_bins] = self.counts();
         [self.tile_pairs, self.bin_pairs, of_tiles + 1, of_bins + 1].into_iter().fold(0, u64::max)
-    }
-
-    fn cull_texels(&self, light: &ResolvedLight, view: &View, extent: f64) -> [[f32; 4]; CULL_TEXELS as usize] {
-        let center = view.world_to_view.transform_point3(light.position);
-        let stored = center.as_vec3();
-        let far_away = if view.lens.is_perspective() { center.length() + light.range } else { 1.0 };
-        let radius = padded_radius(center, light.range, extent) + self.snap_slack * far_away;
-        let range = projection::distance_range(center, radius, view);
-        let rect = match self.cull {
-            CullTest::BoundsTextbook => projection::textbook_rectangle(stored, light.range as f32, view),
-            _ => projection::tangent_rectangle(center, radius, view),
-        };
-        let (columns, rows) = (self.grid.columns, self.grid.rows);
-        let tiles = |r: &PixelRect| projection::rectangle_tiles(r, self.tile, columns, rows).map(|t| t as f32);
-        let [near, far] = range.unwrap_or([1.0, 0.0]);
-        let rect = rect.as_ref().filter(|_| range.is_some()).map_or([1.0, 0.0, 1.0, 0.0], tiles);
-        let radius = up(radius);
-        [
-            [stored.x, stored.y, stored.z, up(f64::from(radius) * f64::from(radius))],
-            [near, far.min(shared::FAR_LIMIT), radius, up(facing_slack(center, extent))],
-            rect,
-        ]
     }
 
     /// Bins and tiles that each light touches, by its rectangle and the planes.
@@ -308,29 +282,6 @@ fn pixel_size(view: &View) -> f64 {
 pub(super) fn padded_radius(center: DVec3, range: f64, extent: f64) -> f64 {
     let far_away = center.abs().max_element() + range + extent;
     range * (1.0 + RANGE_SLACK) + far_away * SPACE_SLACK
-}
-
-/// Radians, and the share of the angle, by which a cone is wider than the light's: what f32 may take from the shader's cosine.
-const ANGLE_SLACK: f64 = 1e-5;
-
-/// Axis and half angle of a light's cone. `radius` is that of its sphere, wider than its range by all that positions may be off.
-fn cone_texels(light: &ResolvedLight, view: &View, radius: f64) -> [[f32; 4]; CONE_TEXELS as usize] {
-    let none = [[0.0, 0.0, -1.0, 0.0], [-1.0, 0.0, 0.0, 0.0]];
-    let LightKind::Spot { outer, .. } = light.kind else { return none };
-    let angle = f64::from(outer) * (1.0 + ANGLE_SLACK) + ANGLE_SLACK;
-    let slack = up((radius - light.range).max(0.0));
-    if angle >= FRAC_PI_2 || !slack.is_finite() {
-        return none;
-    }
-    let axis = view.world_to_view.transform_vector3(light.direction).normalize().as_vec3();
-    [[axis.x, axis.y, axis.z, slack], [angle.cos() as f32, up(angle.sin()), 0.0, 0.0]]
-}
-
-/// What rounding may take from the scalar product of a normal and the way from a sample to the light, metres. Both lie within `far_away` of
-/// the eye; their difference is off by less than 2^-22 of that (places in f32, and one subtraction), a product of three terms by 2^-21 of
-/// the way's length, and an interval's ends by as much: less than 8 * 2^-20 together.
-fn facing_slack(center: DVec3, extent: f64) -> f64 {
-    ((center.length() + extent) * 8.0 * SPACE_SLACK).min(f64::from(shared::FAR_LIMIT))
 }
 
 /// The smallest f32 that is not below `x`; infinity stays.
@@ -441,6 +392,7 @@ fn culled(lights: &[ResolvedLight]) -> impl Iterator<Item = &ResolvedLight> {
     lights.iter().filter(|l| l.kind != LightKind::Directional)
 }
 
+mod cull_data;
 mod reduction;
 #[cfg(test)]
 mod tests;

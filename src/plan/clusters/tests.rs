@@ -4,6 +4,7 @@ use super::*;
 use crate::plan::{GbufferLayout, Plan, Technique};
 use crate::scene::lighting::{LightRules, RangeRule};
 use crate::scene::{Projection, Scene, builtin, scatter};
+use crate::shared::FAR_LIMIT;
 
 fn request(width: u32, height: u32) -> Request {
     let rules = LightRules { range: RangeRule::Fixed(1.0), ..LightRules::default() };
