@@ -239,6 +239,9 @@ fn upload(
         uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
         uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
     }
+    if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
+        uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
+    }
     upload_shapes(&mut uploader, queue, realized, handles, plan)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {
         let image = &scene.images[key.image];

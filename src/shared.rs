@@ -318,6 +318,24 @@ pub struct LightMarker {
     pub color: Vec3,
 }
 
+/// RGBA32F texels at the head of what shading is told of shadows: directional lights that have one, first light that is not directional, other
+/// lights that have one. In each of both runs of the light table those with shadows come first.
+pub const SHADOW_HEAD_TEXELS: u32 = 1;
+/// Texels a light with a shadow, behind the head: first texel of its maps, their number, metres that a position may be off and 0; then, of six maps
+/// that face the sides of a cube, rows from view space to the cube's own axes.
+pub const SHADOW_LIGHT_TEXELS: u32 = 4;
+/// Texels a map, behind all lights: rows from view space to column, row and depth in the image of all maps, times w, and to w; first column and
+/// row of the map, its columns, metres that a texel spans where w is 1. Without columns nothing stands in the way of the light.
+pub const SHADOW_MAP_TEXELS: u32 = 5;
+
+/// What the vertex stage is told of the map that is drawn.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MapPush {
+    /// View to the map's clip space.
+    pub view_to_map: Mat4,
+}
+
 /// Groups along one dimension of a dispatch that every device takes.
 pub const MOST_GROUPS: u32 = 65535;
 /// Threads of a group where groups lie in rows: of `MOST_GROUPS` along x, and as many rows along y as it takes.

@@ -153,6 +153,7 @@ fn lamp() -> Light {
         position: DVec3::new(0.0, 1.0, 0.0),
         direction: DVec3::NEG_Y,
         range: None,
+        shadow: false,
     }
 }
 

@@ -87,6 +87,7 @@ pub fn lights_beside_the_eye() -> Scene {
             position: DVec3::new(aside * cosine, aside * sine, -3e-4 * radius),
             direction: DVec3::NEG_Z,
             range: Some(range),
+            shadow: false,
         }
     };
     scene.lights = (0..64).map(light).collect();

@@ -145,6 +145,11 @@ fn spec_struct(out: &mut String, specs: &[SpecConstant]) {
     writeln!(out, "            vec![{}]\n        }}\n    }}", all.join(", ")).unwrap();
 }
 
+/// Bound where an effect runs, and in no set layout elsewhere.
+fn is_optional(name: &str, kind: Kind) -> bool {
+    kind == Kind::SampledIf || name.starts_with("shadow_")
+}
+
 fn bindings_struct(out: &mut String, program: &Program) {
     let merged = merged_bindings(program);
     let mut sets: Vec<u32> = merged.iter().map(|m| m.0).collect();
@@ -157,19 +162,19 @@ fn bindings_struct(out: &mut String, program: &Program) {
         for m in &of_set {
             let access = access_type(&m.4, m.3);
             let field =
-                if m.3 == Kind::SampledIf { format!("Option<access::{access}>") } else { format!("access::{access}") };
+                if is_optional(&m.2, m.3) { format!("Option<access::{access}>") } else { format!("access::{access}") };
             writeln!(out, "        /// Binding {}.\n        pub {}: {field},", m.1, m.2).unwrap();
         }
         writeln!(out, "    }}\n    impl {name} {{").unwrap();
         writeln!(out, "        /// Every binding with its declared access.").unwrap();
-        let optional = of_set.iter().any(|m| m.3 == Kind::SampledIf);
+        let optional = of_set.iter().any(|m| is_optional(&m.2, m.3));
         writeln!(out, "        pub fn list(&self) -> Vec<Binding> {{").unwrap();
         writeln!(out, "            {}", if optional { "let mut list = vec![" } else { "vec![" }).unwrap();
-        for m in of_set.iter().filter(|m| m.3 != Kind::SampledIf) {
+        for m in of_set.iter().filter(|m| !is_optional(&m.2, m.3)) {
             writeln!(out, "                self.{}.bound(\"{}\", {set}, {}),", m.2, m.2, m.1).unwrap();
         }
         writeln!(out, "            ]{}", if optional { ";" } else { "" }).unwrap();
-        for m in of_set.iter().filter(|m| m.3 == Kind::SampledIf) {
+        for m in of_set.iter().filter(|m| is_optional(&m.2, m.3)) {
             writeln!(out, "            list.extend(self.{}.map(|b| b.bound(\"{}\", {set}, {})));", m.2, m.2, m.1)
                 .unwrap();
         }

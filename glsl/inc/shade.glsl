@@ -1,6 +1,7 @@
 // One light on one surface, and the sum over all of them in light-id order (f32, stored once). CPU twin: reference/shade.rs.
 #include "lights.glsl"
 #include "brdf.glsl"
+#include "shadow.glsl"
 
 // What rounding to f32 took from the light's position.
 vec3 light_remainder(uint packed_bits) {
@@ -56,7 +57,11 @@ vec3 shade_loaded_light(LoadedLight light, Lobes lobes, Surface s, vec3 v) {
     }
     // The intensity comes last: before it nothing can pass f32, so no infinity meets a 0.
     precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * light.intensity;
-    return strength > 0.0 && nl > 0.0 ? added : vec3(0.0);
+    bool lit = strength > 0.0 && nl > 0.0;
+    if (SHADOW_KINDS != 0u && lit) {
+        added *= shadow_visibility(light.first_texel / LIGHT_TEXELS, light.kind, s, nl);
+    }
+    return lit ? added : vec3(0.0);
 }
 
 vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {

@@ -187,6 +187,7 @@ fn round_the_eye(camera: &Camera) -> Vec<Light> {
                 position: camera.camera_to_world.transform_point3(center),
                 direction: DVec3::NEG_Z,
                 range: Some(range),
+                shadow: false,
             });
         }
     }

@@ -144,6 +144,7 @@ fn scene(mesh: Mesh, material: Material, images: Vec<Image>) -> Scene {
         position: DVec3::new(0.5, 1.0, 4.0),
         direction: DVec3::NEG_Z,
         range: None,
+        shadow: false,
     };
     Scene {
         name: "textured".into(),

@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::plan::EffectName;
+use crate::plan::shadows::{DEFAULT_FILTER, DEFAULT_SIZE, LEAST_SIZE, MOST_FILTER};
 
 /// Options of effects.
 #[derive(Debug, Clone, Args)]
@@ -10,6 +11,16 @@ pub struct EffectArgs {
     /// Samples a pixel; a number that the device lacks is replaced by the nearest.
     #[arg(long, value_name = "1|2|4|8", default_value = "1", value_parser = parse_samples)]
     pub msaa: u32,
+    /// Shadows of the N lights that matter most in the picture [default: of those that ask by extras.lampyris.shadow].
+    #[arg(long, value_name = "N")]
+    pub shadows: Option<u32>,
+    /// Columns and rows of a shadow map: a power of two from 64 to 8192.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_SIZE, value_parser = parse_shadow_size)]
+    pub shadow_size: u32,
+    /// Texels that the edge of a shadow is spread over, 0 (it follows the map's texels) to 8.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_FILTER,
+        value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_FILTER)))]
+    pub shadow_filter: u32,
     /// Run an effect that nothing calls for, with input that changes nothing; repeatable.
     #[arg(long, value_name = "EFFECT", value_parser = parse_effect)]
     pub force: Vec<EffectName>,
@@ -33,6 +44,12 @@ fn parse_samples(text: &str) -> Result<u32, String> {
         "1" | "2" | "4" | "8" => text.parse().map_err(|_| "a pixel has 1, 2, 4 or 8 samples".into()),
         _ => Err("a pixel has 1, 2, 4 or 8 samples".into()),
     }
+}
+
+/// `--shadow-size`.
+fn parse_shadow_size(text: &str) -> Result<u32, String> {
+    let fits = |size: &u32| size.is_power_of_two() && (LEAST_SIZE..=8192).contains(size);
+    text.parse().ok().filter(fits).ok_or_else(|| format!("a map has a power of two from {LEAST_SIZE} to 8192 columns"))
 }
 
 /// `--force` and `--forbid`.

@@ -200,6 +200,9 @@ pub fn request(shared: &Shared) -> Result<Request> {
             AccumulationArg::F16 => Accumulation::F16,
         },
         msaa: shared.effects.msaa,
+        shadows: shared.effects.shadows,
+        shadow_size: shared.effects.shadow_size,
+        shadow_filter: shared.effects.shadow_filter,
         overrides: Vec::new(),
         strict: shared.effects.strict,
         transparent_bounds: shared.effects.transparent_bounds.map(|bounds| match bounds {

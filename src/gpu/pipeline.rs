@@ -11,7 +11,7 @@ use super::specialize::{specialize, used_bindings};
 use super::{Device, failed};
 use crate::error::{Error, Result};
 use crate::graph::program::{Program, Slot};
-use crate::graph::{Blend, ComputePipeline, GraphicsPipeline};
+use crate::graph::{Blend, ComputePipeline, DepthBias, GraphicsPipeline};
 
 /// Attribute formats by location: position, normal, tangent, uv0, uv1, colour; each in a stream of its own.
 pub const ATTRIBUTE_FORMATS: [vk::Format; 6] = [
@@ -195,8 +195,13 @@ impl Pipeline {
         let assembly =
             vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        let raster =
-            vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0).depth_clamp_enable(desc.depth_clamp);
+        let bias = desc.depth.map(|depth| depth.bias).unwrap_or_default();
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .line_width(1.0)
+            .depth_clamp_enable(desc.depth_clamp)
+            .depth_bias_enable(bias != DepthBias::default())
+            .depth_bias_constant_factor(bias.constant as f32)
+            .depth_bias_slope_factor(bias.slope as f32);
         let masks = [desc.sample_mask];
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples))

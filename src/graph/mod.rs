@@ -18,8 +18,8 @@ mod render;
 pub use access::Access;
 use program::Program;
 pub use render::{
-    Blend, ColorAttachment, Cull, DepthAttachment, DepthState, Draw, Geometry, GraphicsPipeline, MeshRange, Render,
-    Stream,
+    Blend, ColorAttachment, Cull, DepthAttachment, DepthBias, DepthState, Draw, DrawView, Geometry, GraphicsPipeline,
+    MeshRange, Render, Stream,
 };
 
 /// A buffer of one graph.

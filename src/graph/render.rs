@@ -56,6 +56,15 @@ pub enum Blend {
     Over,
 }
 
+/// What is added to the depth of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DepthBias {
+    /// In steps of the format at the triangle's largest depth.
+    pub constant: i32,
+    /// In changes of depth from pixel to pixel.
+    pub slope: i32,
+}
+
 /// Depth test of a pipeline; depth is reversed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DepthState {
@@ -65,6 +74,20 @@ pub struct DepthState {
     pub compare: vk::CompareOp,
     /// Depth is written.
     pub write: bool,
+    /// Of each triangle before the test.
+    pub bias: DepthBias,
+}
+
+impl DepthState {
+    /// Tested and left as it is.
+    pub fn read(format: vk::Format, compare: vk::CompareOp) -> Self {
+        Self { format, compare, write: false, bias: DepthBias::default() }
+    }
+
+    /// Tested and written.
+    pub fn write(format: vk::Format, compare: vk::CompareOp) -> Self {
+        Self { write: true, ..Self::read(format, compare) }
+    }
 }
 
 /// A rendering scope with its draws.
@@ -159,6 +182,17 @@ pub struct Draw {
     pub mirrored: bool,
     /// Faces that are not drawn.
     pub cull: Cull,
+    /// Where in the attachments; `None`: all over them.
+    pub view: Option<DrawView>,
+}
+
+/// A part of the attachments with a picture of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrawView {
+    /// First column and row, columns, rows.
+    pub area: [u32; 4],
+    /// To clip space, columns; pushed to the vertex stage.
+    pub to_clip: [[f32; 4]; 4],
 }
 
 impl Draw {
@@ -177,6 +211,7 @@ impl Draw {
             instance_count,
             mirrored: false,
             cull,
+            view: None,
         }
     }
 }
@@ -244,7 +279,7 @@ mod tests {
         let mut graph = Graph::new();
         let mut image = |format| graph.image("image", format, [4, 4], Lifetime::Transient);
         let (colors, depths) = (image(color), image(depth));
-        let state = DepthState { format: depth, compare: vk::CompareOp::GREATER, write };
+        let state = DepthState { write, ..DepthState::read(depth, vk::CompareOp::GREATER) };
         let pipeline = GraphicsPipeline {
             program: &NOTHING,
             constants: Vec::new(),

@@ -22,6 +22,7 @@ fn lights() -> Vec<ResolvedLight> {
         direction: DVec3::NEG_Z,
         intensity: DVec3::ONE,
         range,
+        shadow: false,
     };
     vec![
         light(LightKind::Directional, 0.0, f64::INFINITY),

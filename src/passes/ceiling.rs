@@ -21,6 +21,8 @@ pub fn frame(plan: &Plan) -> Frame {
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
+        shadow_atlas: None,
+        shadow_maps: None,
     };
     let constants = light_constants(plan);
     let spec = ceiling::Spec {
@@ -30,6 +32,8 @@ pub fn frame(plan: &Plan) -> Frame {
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
         LIGHT_SEEK: constants.seek,
         INVERSE_SQUARE: constants.inverse_square,
+        SHADOW_KINDS: 0,
+        SHADOW_FILTER: 0,
         SHADING: constants.shading,
     };
     let pipeline = GraphicsPipeline::full_screen(&ceiling::PROGRAM, spec.values(), RADIANCE_FORMAT);

@@ -57,7 +57,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles) -> ImageHandle 
 }
 
 /// What decides whether a masked fragment exists.
-fn alpha_only(variant: Variant) -> Variant {
+pub(super) fn alpha_only(variant: Variant) -> Variant {
     Variant {
         textures: variant.textures & (shared::TEXTURE_BASE_COLOR | shared::TEXTURE_HEIGHT),
         unlit: false,
@@ -67,7 +67,7 @@ fn alpha_only(variant: Variant) -> Variant {
 }
 
 fn pipeline(plan: &Plan, variant: Variant) -> GraphicsPipeline {
-    let depth = Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true });
+    let depth = Some(DepthState::write(DEPTH_FORMAT, COMPARE));
     let (program, constants) = if variant.masked {
         let spec = depth_prepass_masked::Spec {
             TEXTURES: variant.textures,

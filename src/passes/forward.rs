@@ -57,6 +57,8 @@ pub(super) fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
         lights_storage: FragmentStorageRead(scene.lights),
         lights_uniform: FragmentUniform(scene.lights),
         lights_texel: FragmentTexel(scene.lights),
+        shadow_atlas: scene.shadow_atlas_of_fragments(),
+        shadow_maps: scene.shadow_maps_of_fragments(),
         radiance_before: part.before,
     };
     set.list()
@@ -65,9 +67,9 @@ pub(super) fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
 /// Depth state of a pass that shades, after a pre-pass or without one.
 pub fn depth_state(after_prepass: bool) -> DepthState {
     if after_prepass {
-        DepthState { format: DEPTH_FORMAT, compare: ash::vk::CompareOp::EQUAL, write: false }
+        DepthState::read(DEPTH_FORMAT, ash::vk::CompareOp::EQUAL)
     } else {
-        DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }
+        DepthState::write(DEPTH_FORMAT, COMPARE)
     }
 }
 
@@ -102,6 +104,10 @@ pub struct LightConstants {
     pub inverse_square: bool,
     /// SHADING of passes that light a G-buffer.
     pub shading: u32,
+    /// SHADOW_KINDS.
+    pub shadow_kinds: u32,
+    /// SHADOW_FILTER.
+    pub shadow_filter: u32,
 }
 
 impl LightConstants {
@@ -125,6 +131,8 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
         seek: plan.lights.seek,
         inverse_square: plan.lighting.attenuation == Attenuation::PHYSICAL,
         shading: plan.deferred_shading(),
+        shadow_kinds: plan.shadows.as_ref().map_or(0, |shadows| shadows.kinds),
+        shadow_filter: plan.shadows.as_ref().map_or(0, |shadows| shadows.filter),
     }
 }
 
@@ -138,6 +146,8 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         LIGHT_UNIFORM_TEXELS: constants.uniform_texels,
         LIGHT_SEEK: constants.seek_for(plan, variant),
         INVERSE_SQUARE: constants.inverse_square,
+        SHADOW_KINDS: constants.shadow_kinds,
+        SHADOW_FILTER: constants.shadow_filter,
         SHADING: variant.model,
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,

@@ -27,7 +27,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, target: &Io) {
         constants: Vec::new(),
         colors: vec![radiance_format(plan)],
         blend: Blend::Replace,
-        depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),
+        depth: Some(DepthState::write(DEPTH_FORMAT, COMPARE)),
         depth_clamp: false,
         samples: plan.samples,
         sample_mask: u32::MAX,

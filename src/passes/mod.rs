@@ -33,6 +33,7 @@ pub mod read_back;
 mod resources;
 pub mod sample_edges;
 pub mod scan;
+pub mod shadow_map;
 pub mod surface;
 pub mod tile_bin;
 pub mod tile_cull;
@@ -54,7 +55,7 @@ use transparent::Opaque;
 pub use cluster_lists::{NORMAL_CODES, cluster_frame};
 pub use gbuffer::gbuffer_frame;
 pub use given::{given_bounds_frame, given_depth_frame};
-pub use resources::{ClusterHandles, Given, SceneHandles, TileHandles};
+pub use resources::{ClusterHandles, Given, SceneHandles, ShadowHandles, TileHandles};
 pub use sample_edges::edges_frame;
 pub use transparent::transparent_bounds_frame;
 
@@ -84,7 +85,10 @@ pub struct Frame {
 /// The script of a frame: depth, shading, and once at the end the read-back.
 pub fn frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
-    let scene = SceneHandles::declare(&mut graph, plan);
+    let mut scene = SceneHandles::declare(&mut graph, plan);
+    if !plan.shows_surfaces() {
+        shadow_map::add(&mut graph, plan, &mut scene);
+    }
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
     let layers: Vec<(&'static str, ImageHandle)> = if plan.shows_surfaces() {
         surface::add(&mut graph, plan, &scene, depth).to_vec()

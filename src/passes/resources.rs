@@ -2,7 +2,8 @@
 
 use ash::vk;
 
-use crate::graph::access::FragmentSampled;
+use super::nearest_sampler;
+use crate::graph::access::{ComputeSampled, ComputeTexel, FragmentSampled, FragmentTexel};
 use crate::graph::{
     Binding, BufferHandle, Cull, Draw, Geometry, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState,
     Stream,
@@ -38,6 +39,15 @@ pub struct ClusterHandles {
     pub slices: BufferHandle,
 }
 
+/// Handles of the shadows that shading reads.
+#[derive(Debug, Clone, Copy)]
+pub struct ShadowHandles {
+    /// Depths of all maps.
+    pub atlas: ImageHandle,
+    /// Where maps lie and how positions come to them (`SHADOW_*_TEXELS`).
+    pub maps: BufferHandle,
+}
+
 /// What is uploaded instead of drawn: tile bounds, or depths.
 pub struct Given {
     /// A texel a tile, or a pixel.
@@ -70,6 +80,8 @@ pub struct SceneHandles {
     pub tiles: Option<TileHandles>,
     /// Where the plan has clusters.
     pub clusters: Option<ClusterHandles>,
+    /// Where the plan has shadows and the frame draws them.
+    pub shadows: Option<ShadowHandles>,
     /// Where lists are made from what is given.
     pub given: Option<Given>,
     /// Corners of the mesh that light volumes and markers are made of.
@@ -153,6 +165,7 @@ impl SceneHandles {
                 grid: graph.buffer("cluster_grid", size_of::<ClusterGrid>() as u64, fixed),
                 slices: graph.buffer("cluster_slices", clusters.slice_texels().len() as u64 * 16, fixed),
             }),
+            shadows: None,
             given: None,
             corners: (volumes.is_some() || markers > 0)
                 .then(|| graph.buffer("corners", u64::from(ICOSPHERE_CORNERS) * 16, fixed)),
@@ -163,6 +176,28 @@ impl SceneHandles {
             no_normals: (fat || (plan.samples > 1 && plan.deferred.is_some()))
                 .then(|| graph.image("no normals", vk::Format::R16G16_UINT, [1, 1], fixed)),
         }
+    }
+}
+
+impl SceneHandles {
+    /// Shadow maps for fragments.
+    pub fn shadow_atlas_of_fragments(&self) -> Option<FragmentSampled> {
+        self.shadows.map(|shadows| FragmentSampled(shadows.atlas, nearest_sampler()))
+    }
+
+    /// What fragments are told of them.
+    pub fn shadow_maps_of_fragments(&self) -> Option<FragmentTexel> {
+        self.shadows.map(|shadows| FragmentTexel(shadows.maps))
+    }
+
+    /// Shadow maps for compute passes.
+    pub fn shadow_atlas_of_compute(&self) -> Option<ComputeSampled> {
+        self.shadows.map(|shadows| ComputeSampled(shadows.atlas, nearest_sampler()))
+    }
+
+    /// What compute passes are told of them.
+    pub fn shadow_maps_of_compute(&self) -> Option<ComputeTexel> {
+        self.shadows.map(|shadows| ComputeTexel(shadows.maps))
     }
 }
 
@@ -241,5 +276,6 @@ pub fn draw(plan: &Plan, planned: &PlannedDraw, pipeline: usize) -> Draw {
             Faces::Front => Cull::Back,
             Faces::Back => Cull::Front,
         },
+        view: None,
     }
 }

@@ -28,7 +28,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, opaque: ImageHa
         constants: transparent_depth::Spec { SAMPLES: plan.samples }.values(),
         colors: Vec::new(),
         blend: Blend::Replace,
-        depth: Some(DepthState { format: DEPTH_FORMAT, compare: COMPARE, write: true }),
+        depth: Some(DepthState::write(DEPTH_FORMAT, COMPARE)),
         depth_clamp: false,
         samples: plan.samples,
         sample_mask: u32::MAX,

@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::materials::{HEIGHT_MAP, NORMAL_MAP};
+use super::shadows::Selection;
 use super::{DepthBounds, Gbuffer, Plan, Request, Technique};
-use super::{gbuffer, samples, transparency};
+use super::{gbuffer, samples, shadows, transparency};
 use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
 
@@ -25,7 +26,7 @@ fn effect(name: &'static str, runs: bool, why: String, bytes: u64) -> Effect {
     Effect { name, runs, why, bytes }
 }
 
-pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effect> {
+pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &Selection) -> Vec<Effect> {
     let on_device = plan.technique != Technique::Reference;
     vec![
         prepass(plan, request),
@@ -41,6 +42,7 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request) -> Vec<Effec
         alpha_mask(scene),
         samples::effect(plan, request),
         transparency::effect(plan, scene),
+        shadows::effect(plan, shadowed),
     ]
 }
 

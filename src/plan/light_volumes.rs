@@ -193,6 +193,7 @@ mod tests {
             position,
             direction: DVec3::NEG_Z,
             range,
+            shadow: false,
         }
     }
 

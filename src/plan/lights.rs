@@ -68,7 +68,7 @@ pub struct LightTable {
     pub fetch_why: String,
 }
 
-fn kind_of(light: &ResolvedLight) -> u32 {
+pub(super) fn kind_of(light: &ResolvedLight) -> u32 {
     match light.kind {
         LightKind::Point => shared::KIND_POINT,
         LightKind::Spot { .. } => shared::KIND_SPOT,

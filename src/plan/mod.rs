@@ -20,6 +20,7 @@ pub mod profile;
 pub mod projection;
 mod request;
 pub mod samples;
+pub mod shadows;
 pub mod tiles;
 pub mod transparency;
 
@@ -45,6 +46,7 @@ pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
     GbufferLayout, Request, Technique, TransparentBounds, TransparentSort,
 };
+pub use shadows::Shadows;
 pub use tiles::Tiles;
 pub use transparency::{Transparency, TransparentLists};
 
@@ -78,6 +80,8 @@ pub struct Plan {
     pub deferred: Option<Deferred>,
     /// Passes that a forward technique adds its lights in.
     pub light_parts: LightParts,
+    /// Lights whose way to surfaces is looked at; `None` where there are none.
+    pub shadows: Option<Shadows>,
     /// How blended surfaces are lit and mixed; `None` where there are none.
     pub transparency: Option<Transparency>,
     /// Spheres that show where lights are; empty where they are not wanted.
@@ -137,13 +141,18 @@ impl Plan {
         let mut notes = Vec::new();
         let camera = request.camera(scene, &mut notes)?;
         let view = View::new(&camera, request.width, request.height)?;
-        let lighting = Lighting::new(scene, &request.rules)?;
+        let mut lighting = Lighting::new(scene, &request.rules)?;
         note_lighting(&lighting, &mut notes);
+        let extent = extent(scene, &view);
+        let shadowed = shadows::select(&mut lighting, request, &view, extent);
         let technique = request.technique;
         let samples = samples::decide(request, limits, &mut notes)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let materials = materials::Materials::new(scene, request.shading, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
+        let of_light = (&lighting, &shadowed);
+        let shadows = Shadows::new(scene, of_light, (&view, &geometry), (request, limits), &mut notes)?;
+        let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(limits))?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.
         let listed = lighting.lights.iter().any(|l| l.kind != LightKind::Directional) || request.debug_view.is_some();
@@ -151,7 +160,6 @@ impl Plan {
         let tiled = clustered || (listed && matches!(technique, Technique::TiledForward | Technique::TiledDeferred));
         clusters::check_normals(technique, request)?;
         let request = &clusters::asked(technique, Request { prepass, msaa: samples, ..request.clone() })?;
-        let extent = extent(scene, &view);
         let mut tiles = tiled.then(|| Tiles::new(request, &lighting, &view, extent, limits)).transpose()?;
         let cut = tiles.as_ref().filter(|_| clustered);
         let clusters = cut.map(|tiles| Clusters::new(request, tiles, &view, extent, limits)).transpose()?;
@@ -175,6 +183,7 @@ impl Plan {
             clusters,
             deferred: None,
             light_parts: LightParts::WHOLE,
+            shadows,
             transparency: None,
             markers,
             geometry,
@@ -190,7 +199,7 @@ impl Plan {
         samples::check(&plan, request, limits)?;
         plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
-        plan.effects = effects::decide(&plan, scene, request);
+        plan.effects = effects::decide(&plan, scene, request, &shadowed);
         overrides::say(&mut plan.effects, request, &mut plan.notes);
         Ok(plan)
     }

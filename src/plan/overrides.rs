@@ -26,11 +26,13 @@ pub enum EffectName {
     MaterialModels,
     /// Several samples a pixel.
     Msaa,
+    /// Shadows of lights.
+    Shadows,
 }
 
 impl EffectName {
     /// Every name.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Prepass,
         Self::DepthBounds,
         Self::Transparency,
@@ -39,6 +41,7 @@ impl EffectName {
         Self::Parallax,
         Self::MaterialModels,
         Self::Msaa,
+        Self::Shadows,
     ];
 
     /// As typed, and as the JSON names the effect.
@@ -52,6 +55,7 @@ impl EffectName {
             Self::Parallax => "parallax",
             Self::MaterialModels => "material_models",
             Self::Msaa => "msaa",
+            Self::Shadows => "shadows",
         }
     }
 
@@ -62,7 +66,7 @@ impl EffectName {
             Self::NormalMaps => Some(MaterialEffect::NormalMaps),
             Self::Parallax => Some(MaterialEffect::Parallax),
             Self::MaterialModels => Some(MaterialEffect::MaterialModels),
-            Self::Prepass | Self::DepthBounds | Self::Msaa => None,
+            Self::Prepass | Self::DepthBounds | Self::Msaa | Self::Shadows => None,
         }
     }
 }
@@ -97,7 +101,8 @@ pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], for
                 (Some(of_materials), false) => scene.forbid(of_materials),
                 (Some(of_materials), true) => scene.force(of_materials, request.shading.into()),
                 (None, _) => {
-                    override_request(request, effect, forced)?;
+                    let asked = scene.lights.iter().any(|light| light.shadow);
+                    override_request(request, effect, forced, asked)?;
                     0
                 }
             };
@@ -107,12 +112,19 @@ pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], for
     Ok(())
 }
 
-fn override_request(request: &mut Request, effect: EffectName, forced: bool) -> Result<()> {
+/// `asked`: some light asks for a shadow.
+fn override_request(request: &mut Request, effect: EffectName, forced: bool, asked: bool) -> Result<()> {
     let lists = request.technique == Technique::Auto || request.technique.has_lists();
     match (effect, forced) {
         (EffectName::Prepass, _) => request.prepass = forced,
         (EffectName::Msaa, false) => request.msaa = 1,
         (EffectName::Msaa, true) => request.msaa = request.msaa.max(4),
+        (EffectName::Shadows, false) => request.shadows = Some(0),
+        (EffectName::Shadows, true) => match request.shadows {
+            Some(0) => return Err(Error::usage("--shadows 0 contradicts --force shadows")),
+            None if !asked => request.shadows = Some(1),
+            _ => {}
+        },
         (EffectName::DepthBounds, false) => request.depth_bounds = Some(DepthBounds::Off),
         (EffectName::DepthBounds, true) if !lists || !request.prepass => {
             return Err(Error::usage("--force depth_bounds needs a technique with light lists, and a pre-pass"));

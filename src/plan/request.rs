@@ -124,6 +124,12 @@ pub struct Request {
     pub accumulation: Accumulation,
     /// Samples a pixel: 1, 2, 4 or 8.
     pub msaa: u32,
+    /// So many lights, those that matter most, have shadows; `None`: those that ask.
+    pub shadows: Option<u32>,
+    /// Columns and rows of a shadow map.
+    pub shadow_size: u32,
+    /// Texels that the edge of a shadow is spread over, 0 to 8.
+    pub shadow_filter: u32,
     /// Effects that were forced or forbidden (`plan/overrides.rs`).
     pub overrides: Vec<Override>,
     /// What this device lacks is refused instead of replaced.
@@ -164,6 +170,9 @@ impl Default for Request {
             pixels_a_thread: None,
             accumulation: Accumulation::F32,
             msaa: 1,
+            shadows: None,
+            shadow_size: super::shadows::DEFAULT_SIZE,
+            shadow_filter: super::shadows::DEFAULT_FILTER,
             overrides: Vec::new(),
             strict: false,
             transparent_bounds: None,

@@ -4,9 +4,12 @@ use ash::vk;
 use ash::vk::ImageLayout;
 
 use super::Recorder;
+use crate::gpu::pipeline::Pipeline;
 use crate::gpu::realize::{NodeObjects, Realized};
 use crate::graph::access::Access;
-use crate::graph::{Blend, ColorAttachment, Cull, DepthAttachment, Draw, Geometry, GraphicsPipeline, Render, Resource};
+use crate::graph::{
+    Blend, ColorAttachment, Cull, DepthAttachment, Draw, DrawView, Geometry, GraphicsPipeline, Render, Resource,
+};
 
 type Attachment = vk::RenderingAttachmentInfo<'static>;
 
@@ -45,7 +48,7 @@ impl Recorder<'_> {
                 device.cmd_bind_index_buffer(self.commands, realized.buffer(indices).raw, 0, vk::IndexType::UINT32);
             }
         }
-        let (mut bound_pipeline, mut bound_material) = (None, None);
+        let (mut bound_pipeline, mut bound_material, mut bound_view) = (None, None, None);
         for draw in &render.draws {
             let made = &realized.pipelines[objects.pipelines[draw.pipeline]];
             let sets = &objects.sets[draw.pipeline];
@@ -57,7 +60,7 @@ impl Recorder<'_> {
                     if let Some(set) = sets.shared {
                         device.cmd_bind_descriptor_sets(self.commands, point, made.layout, 0, &[set], &[]);
                     }
-                    (bound_pipeline, bound_material) = (Some(draw.pipeline), None);
+                    (bound_pipeline, bound_material, bound_view) = (Some(draw.pipeline), None, None);
                 }
                 if let Some(material) = draw.material.filter(|m| bound_material != Some(*m))
                     && let Some(&set) = sets.by_material.get(material)
@@ -68,7 +71,27 @@ impl Recorder<'_> {
                 device.cmd_set_cull_mode(self.commands, cull_mode(draw.cull));
                 device.cmd_set_front_face(self.commands, front);
             }
+            if let Some(view) = draw.view.filter(|view| bound_view != Some(*view)) {
+                self.enter(&view, made);
+                bound_view = Some(view);
+            }
             self.draw(draw, render, made.program.inputs, realized);
+        }
+    }
+
+    /// Draws go to a part of the attachments from now on.
+    fn enter(&self, view: &DrawView, made: &Pipeline) {
+        let (device, [x, y, width, height]) = (&self.device.raw, view.area);
+        let [left, top, across, down] = view.area.map(|pixels| pixels as f32);
+        let viewport = vk::Viewport { x: left, y: top, width: across, height: down, min_depth: 0.0, max_depth: 1.0 };
+        let scissor =
+            vk::Rect2D { offset: vk::Offset2D { x: x as i32, y: y as i32 }, extent: vk::Extent2D { width, height } };
+        let stages = made.program.stages.iter().fold(vk::ShaderStageFlags::empty(), |s, stage| s | stage.stage);
+        // SAFETY: inside the rendering scope, the area lies in its attachments; the pipeline's layout has a matrix of push constants in these stages.
+        unsafe {
+            device.cmd_set_viewport(self.commands, 0, &[viewport]);
+            device.cmd_set_scissor(self.commands, 0, &[scissor]);
+            device.cmd_push_constants(self.commands, made.layout, stages, 0, bytemuck::bytes_of(&view.to_clip));
         }
     }
 

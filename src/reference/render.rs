@@ -207,10 +207,10 @@ impl<'a> Reference<'a> {
 
     /// The opaque surface of a pixel with the blended ones over it.
     fn mixed(&self, view: &View, at: [u32; 2], shader: &Shader) -> Pixel {
-        let opaque = self.pixel(self.surface_in(view, at), shader);
+        let opaque = self.pixel(view, at, self.surface_in(view, at), shader);
         self.blended_in(view, at).iter().fold(opaque, |(rgba, depth, id), hit| {
             let alpha = hit.surface.alpha.clamp(0.0, 1.0);
-            let color = (shader.radiance(&hit.surface) * alpha).extend(alpha);
+            let color = (self.radiance(view, at, shader, hit) * alpha).extend(alpha);
             let mixed = color + DVec4::from_array(rgba) * (1.0 - alpha);
             // FNV-1a's step: which surfaces, and in which order.
             let group = self.owners[hit.triangle as usize].group;
@@ -218,10 +218,38 @@ impl<'a> Reference<'a> {
         })
     }
 
-    fn pixel(&self, hit: Option<Hit>, shader: &Shader) -> Pixel {
+    /// What leaves a surface towards the eye; rays look for what stands between it and lights that have shadows.
+    fn radiance(&self, view: &View, at: [u32; 2], shader: &Shader, hit: &Hit) -> DVec3 {
+        let position = hit.surface.position;
+        let blocked = |way: DVec3, ends: bool| {
+            let ray = Ray {
+                origin: position,
+                direction: way,
+                // What the crossing of the ray through the pixel may be off by, and far less than anything that stands apart.
+                min: 1e-7 * (1.0 + position.length() / way.length()),
+                max: if ends { 1.0 } else { f64::INFINITY },
+            };
+            self.bvh.any(&ray, |crossing| self.blocks(view, at, way, crossing))
+        };
+        shader.radiance_past(&hit.surface, &blocked)
+    }
+
+    /// Both faces of what is opaque, and of what a mask leaves, stand in the way of light; parallax is for the eye.
+    fn blocks(&self, view: &View, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> bool {
+        match self.material(crossing).alpha {
+            AlphaMode::Opaque => true,
+            AlphaMode::Blend => false,
+            AlphaMode::Mask(cutoff) => {
+                let fragment = self.fragment(view, pixel, direction, crossing);
+                fragment.unshifted_base().w >= f64::from(cutoff)
+            }
+        }
+    }
+
+    fn pixel(&self, view: &View, at: [u32; 2], hit: Option<Hit>, shader: &Shader) -> Pixel {
         match hit {
             Some(hit) => {
-                let rgba = shader.radiance(&hit.surface).extend(1.0).to_array();
+                let rgba = self.radiance(view, at, shader, &hit).extend(1.0).to_array();
                 (rgba, hit.depth, self.owners[hit.triangle as usize].group)
             }
             None => ([0.0; 4], f64::INFINITY, u32::MAX),

@@ -71,8 +71,14 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Linear RGB radiance towards the camera, nits.
+    /// Linear RGB radiance towards the camera, nits, with nothing in the way of any light.
     pub fn radiance(&self, surface: &Surface) -> DVec3 {
+        self.radiance_past(surface, &|_, _| false)
+    }
+
+    /// The same where something may stand in the way of lights that have shadows: `blocked` is asked with the way from the surface to a light that
+    /// would add something, and whether the light is at the way's end, else infinitely far.
+    pub fn radiance_past(&self, surface: &Surface, blocked: &dyn Fn(DVec3, bool) -> bool) -> DVec3 {
         if surface.unlit {
             return surface.base_color;
         }
@@ -87,7 +93,10 @@ impl<'a> Shader<'a> {
             }
             let (l, strength) = self.strength(id, to_light, distance_squared);
             let nl = surface.normal.dot(l);
-            if nl > 0.0 && strength > 0.0 {
+            let light = &self.lights[id];
+            let placed = light.kind != LightKind::Directional;
+            let lit = nl > 0.0 && strength > 0.0;
+            if lit && !(light.shadow && blocked(if placed { to_light } else { l }, placed)) {
                 radiance += self.lights[id].intensity * strength * nl * response.to(l, nl);
             }
         }
@@ -188,7 +197,14 @@ mod tests {
     }
 
     fn light(kind: LightKind, position: DVec3, range: f64) -> ResolvedLight {
-        ResolvedLight { kind, position, direction: DVec3::NEG_Z, intensity: DVec3::new(1.0, 2.0, 4.0), range }
+        ResolvedLight {
+            kind,
+            position,
+            direction: DVec3::NEG_Z,
+            intensity: DVec3::new(1.0, 2.0, 4.0),
+            range,
+            shadow: false,
+        }
     }
 
     fn lighting(lights: Vec<ResolvedLight>) -> Lighting {

@@ -132,6 +132,11 @@ impl Fragment<'_> {
         self.base_at(self.parallax_shift())
     }
 
+    /// The same where no eye looks at the height map.
+    pub fn unshifted_base(&self) -> DVec4 {
+        self.base_at(DVec2::ZERO)
+    }
+
     fn base_at(&self, shift: DVec2) -> DVec4 {
         let factor = DVec4::from_array(self.material.base_color.map(f64::from));
         let color = if self.mesh.colors.is_empty() { DVec4::ONE } else { self.blend(&self.mesh.colors).into() };

@@ -162,6 +162,10 @@ fn light(hash: &mut Fnv, light: &Light) {
     hash.doubles(&light.position.to_array());
     hash.doubles(&light.direction.to_array());
     hash.option(light.range.map(f64::from));
+    // Nothing is added where none asks: scenes keep the fingerprints that they had before there were shadows.
+    if light.shadow {
+        hash.flag(true);
+    }
 }
 
 fn camera(hash: &mut Fnv, camera: &Camera) {

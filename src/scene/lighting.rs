@@ -100,6 +100,8 @@ pub struct ResolvedLight {
     pub intensity: DVec3,
     /// Metres, infinite without a window. Directional: infinite.
     pub range: f64,
+    /// Its way to a surface is looked at: the scene asks for it, until the plan has decided which lights have shadows.
+    pub shadow: bool,
 }
 
 impl ResolvedLight {
@@ -153,6 +155,7 @@ impl Lighting {
                 position: DVec3::ZERO,
                 direction: DVec3::new(-0.4, -1.0, -0.6).normalize(),
                 range: None,
+                shadow: false,
             });
         }
         let mut lighting = Self {
@@ -183,6 +186,7 @@ impl Lighting {
                 direction: light.direction,
                 intensity,
                 range,
+                shadow: light.shadow,
             });
         }
         Ok(lighting)

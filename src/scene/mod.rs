@@ -212,6 +212,8 @@ pub struct Light {
     pub direction: DVec3,
     /// Metres. `None`: solved from the cut-off by the plan.
     pub range: Option<f32>,
+    /// `extras.lampyris.shadow`: what stands in its way keeps it from what lies behind.
+    pub shadow: bool,
 }
 
 /// Shape of a light. Angles are from the axis, in radians, `inner <= outer`.

@@ -36,6 +36,7 @@ pub fn point_lights(bounds: &Bounds, count: usize, seed: u64) -> Vec<Light> {
                 position: DVec3::new(x, y, z),
                 direction: DVec3::NEG_Z,
                 range: None,
+                shadow: false,
             }
         })
         .collect()

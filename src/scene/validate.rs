@@ -277,6 +277,7 @@ mod tests {
                 position: DVec3::ZERO,
                 direction: DVec3::NEG_Y,
                 range: Some(1.0),
+                shadow: false,
             }],
             cameras: vec![Camera::looking(DVec3::ONE, DVec3::ZERO, 1.0)],
             ..Scene::default()

@@ -96,6 +96,7 @@ pub fn point(position: DVec3, intensity: f32) -> Light {
         position,
         direction: DVec3::NEG_Z,
         range: None,
+        shadow: false,
     }
 }
 

@@ -151,6 +151,7 @@ fn pairs_are_counted_by_cell() {
         direction: DVec3::NEG_Z,
         intensity: DVec3::ONE,
         range,
+        shadow: false,
     };
     let point = LightKind::Point;
     // Columns are cells of 2 m from x = -4 on; the last one is known to hold nothing.

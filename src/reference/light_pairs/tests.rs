@@ -31,7 +31,7 @@ impl Owned {
 }
 
 fn light(kind: LightKind, position: DVec3, range: f64) -> ResolvedLight {
-    ResolvedLight { kind, position, direction: DVec3::NEG_Z, intensity: DVec3::ONE, range }
+    ResolvedLight { kind, position, direction: DVec3::NEG_Z, intensity: DVec3::ONE, range, shadow: false }
 }
 
 fn point(x: f64, range: f64) -> ResolvedLight {
@@ -197,7 +197,7 @@ fn mixed_lights(random: &mut Random, count: usize) -> Vec<ResolvedLight> {
         let unbounded = kind == LightKind::Directional || id % 31 == 5;
         let range = if unbounded { f64::INFINITY } else { 10f64.powf(random.range(-2.0, 2.0)) };
         let position = DVec3::from_array([0; 3].map(|_| random.range(-6.0, 6.0)));
-        ResolvedLight { kind, position, direction: direction(random), intensity: DVec3::ONE, range }
+        ResolvedLight { kind, position, direction: direction(random), intensity: DVec3::ONE, range, shadow: false }
     };
     (0..count).map(&mut one).collect()
 }

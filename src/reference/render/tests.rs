@@ -67,6 +67,7 @@ fn a_plane_under_a_point_light_is_the_closed_form() {
         direction: DVec3::NEG_Z,
         intensity: DVec3::splat(3.0),
         range: f64::INFINITY,
+        shadow: false,
     };
     let view = view(PERSPECTIVE, 12, 8);
     let picture = draw(&scene, &view, &lighting(0.0, vec![light]));

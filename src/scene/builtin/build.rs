@@ -228,6 +228,7 @@ pub fn point_light(name: &str, color: [f32; 3], intensity: f32, position: DVec3)
         position,
         direction: DVec3::NEG_Z,
         range: None,
+        shadow: false,
     }
 }
 

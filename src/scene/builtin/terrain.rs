@@ -76,6 +76,7 @@ pub fn build(albedo: f64, detail: usize) -> Scene {
         position: DVec3::ZERO,
         direction: DVec3::new(0.55, -0.7, -0.35).normalize(),
         range: None,
+        shadow: false,
     });
     let eye = height(VIEWPOINT.x, VIEWPOINT.y) + EYE;
     scene.cameras.push(camera("first-person", [VIEWPOINT.x, eye, VIEWPOINT.y], [20.0, eye - 4.0, -20.0], 60.0));

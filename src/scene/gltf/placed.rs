@@ -73,7 +73,16 @@ fn read_light(light: Value<'_>, name: String, world: DMat4) -> Result<Light> {
         position: world.w_axis.truncate(),
         direction,
         range,
+        shadow: read_shadow(light)?,
     })
+}
+
+/// `extras.lampyris.shadow`; `extras` of other programs may be anything.
+fn read_shadow(light: Value<'_>) -> Result<bool> {
+    match light.own_extras()? {
+        Some(own) => own.get("shadow")?.map_or(Ok(false), Value::boolean),
+        None => Ok(false),
+    }
 }
 
 fn read_cone(light: Value<'_>) -> Result<LightKind> {

@@ -68,6 +68,19 @@ pub struct LightObject<'a> {
     range: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spot: Option<Spot>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    extras: Option<LightExtras>,
+}
+
+/// What glTF has no word for.
+#[derive(Serialize)]
+struct LightExtras {
+    lampyris: OwnLight,
+}
+
+#[derive(Serialize)]
+struct OwnLight {
+    shadow: bool,
 }
 
 #[derive(Serialize)]
@@ -173,6 +186,7 @@ fn light_object(light: &Light) -> Result<LightObject<'_>> {
         intensity: f64::from(light.intensity) * split,
         range: range.map(f64::from),
         spot,
+        extras: light.shadow.then_some(LightExtras { lampyris: OwnLight { shadow: true } }),
     })
 }
 
