@@ -8,7 +8,7 @@ pub use accuracy::{Accuracy, KnobName};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
-pub use effects::{EffectArgs, TransparentBoundsArg, TransparentSortArg};
+pub use effects::{EffectArgs, ShadowUpdateArg, TransparentBoundsArg, TransparentSortArg};
 pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;

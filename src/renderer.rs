@@ -128,6 +128,7 @@ impl Renderer {
             violations: Vec::new(),
             drawn: false,
             finished: false,
+            once_ms: 0.0,
         })
     }
 }
@@ -277,6 +278,8 @@ pub struct Prepared {
     pub pipelines_ms: f64,
     /// Milliseconds of uploads.
     pub upload_ms: f64,
+    /// Milliseconds of what is drawn once, before the first frame.
+    pub once_ms: f64,
 }
 
 impl Prepared {
@@ -299,24 +302,35 @@ impl Prepared {
         if self.finished {
             return Err(Error::new("the frame's images have been freed: nothing can be drawn any more"));
         }
-        let Self { queue, realized, frame, barriers, device, log, progress, violations, .. } = self;
+        let Self { queue, realized, frame, barriers, device, log, progress, violations, drawn, once_ms, .. } = self;
         violations.extend(checker::check_from(&frame.graph, log, progress));
         log.clear();
-        let nodes = frame.graph.frame_len();
+        if !*drawn && count > 0 && frame.graph.once_nodes > 0 {
+            let start = Instant::now();
+            let value = queue.submit(|commands, _| {
+                let mut recorder = Recorder { device, commands, timer: None, log: Some(std::mem::take(log)) };
+                recorder.nodes(&frame.graph, barriers, realized, 0..frame.graph.once_nodes);
+                *log = recorder.log.unwrap_or_default();
+                0
+            })?;
+            queue.wait(value)?;
+            *once_ms = start.elapsed().as_secs_f64() * 1e3;
+        }
+        let nodes = frame.graph.frame_range();
         let mut recorded = 0;
         let (walls, timings) = queue.frames(count, |commands, timer| {
             let kept = (recorded < LOGGED_FRAMES).then(|| std::mem::take(log));
             recorded += 1;
             let mut recorder = Recorder { device, commands, timer, log: kept };
-            recorder.nodes(&frame.graph, barriers, realized, 0..nodes);
+            recorder.nodes(&frame.graph, barriers, realized, nodes.clone());
             if let Some(kept) = recorder.log {
                 *log = kept;
             }
-            nodes as u32 + 1
+            nodes.len() as u32 + 1
         })?;
         log.push(Event::HostWait);
-        self.drawn |= count > 0;
-        let names = frame.graph.nodes[..nodes].iter().map(|n| n.name.clone()).collect();
+        *drawn |= count > 0;
+        let names = frame.graph.nodes[nodes].iter().map(|n| n.name.clone()).collect();
         Ok(FrameTimes::new(names, walls, timings.into_iter().map(|t| t.node_ms).collect()))
     }
 

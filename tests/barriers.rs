@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
 use lampyris::plan::{
-    AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, Technique, TransparentBounds,
+    AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, ShadowUpdate, Technique,
+    TransparentBounds,
 };
 use lampyris::scene::{Scene, builtin, scatter};
 
@@ -199,6 +200,20 @@ fn several_samples_in_deferred_techniques() {
     // Lights are drawn over it.
     let over = Request { technique: Technique::TiledDeferred, show_lights: true, ..alone };
     compare_with("tiled_deferred_msaa", &cornell(), &over, &four_samples());
+}
+
+/// The lamp of the box has a cube of maps, which are drawn once or in every frame.
+#[test]
+fn shadows_in_forward_and_deferred_techniques() {
+    let once = Request { technique: Technique::Forward, shadows: Some(1), ..Request::default() };
+    let each = Request { shadow_update: ShadowUpdate::Frame, ..once.clone() };
+    let deferred = Request { technique: Technique::TiledDeferred, ..once.clone() };
+    compare("forward_shadows", &once);
+    compare("forward_shadows_each_frame", &each);
+    compare("tiled_deferred_shadows", &deferred);
+    // Opaque surfaces are lit by compute, blended ones by fragments.
+    let both = Request { technique: Technique::ClusteredDeferred, width: 320, height: 180, ..once };
+    compare_glass("clustered_deferred_shadows_transparent", both, Limits::MINIMUM);
 }
 
 #[test]

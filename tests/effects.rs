@@ -48,6 +48,41 @@ fn spot_lights_are_culled_by_their_cones() {
 }
 
 #[test]
+fn shadows_against_rays_by_size_and_filter() {
+    run("shadow_error");
+}
+
+#[test]
+fn surfaces_do_not_shade_themselves() {
+    run("shadow_acne");
+}
+
+#[test]
+fn light_does_not_leak_through_walls() {
+    run("shadow_leaks");
+}
+
+#[test]
+fn l1_shadows_of_cones_of_every_width() {
+    run("shadow_cones");
+}
+
+#[test]
+fn shadows_stand_still_under_a_moving_camera() {
+    run("shadows_still");
+}
+
+#[test]
+fn shadows_in_every_technique() {
+    run("shadow_agreement");
+}
+
+#[test]
+fn shadow_maps_are_drawn_where_and_when_they_are_called_for() {
+    run("shadow_maps");
+}
+
+#[test]
 fn a_covering_array_of_effects_and_their_overrides() {
     run("subsets");
 }

@@ -59,7 +59,7 @@ vec3 shade_loaded_light(LoadedLight light, Lobes lobes, Surface s, vec3 v) {
     precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * light.intensity;
     bool lit = strength > 0.0 && nl > 0.0;
     if (SHADOW_KINDS != 0u && lit) {
-        added *= shadow_visibility(light.first_texel / LIGHT_TEXELS, light.kind, s, nl);
+        added *= shadow_visibility(light.first_texel / LIGHT_TEXELS, light.kind, s);
     }
     return lit ? added : vec3(0.0);
 }

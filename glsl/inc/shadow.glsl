@@ -85,8 +85,8 @@ float shadow_share(vec2 place, ivec2 first, ivec2 last, float depth) {
     return sum * (1.0 / float(SHADOW_FILTER * SHADOW_FILTER));
 }
 
-// Share of a light that reaches a surface; `nl` is the cosine between its normal and the way to the light.
-float shadow_visibility(uint light, uint kind, Surface s, float nl) {
+// Share of a light that reaches a surface.
+float shadow_visibility(uint light, uint kind, Surface s) {
     if ((SHADOW_KINDS & kind) == 0u) {
         return 1.0;
     }
@@ -106,9 +106,14 @@ float shadow_visibility(uint light, uint kind, Surface s, float nl) {
     if (area.z == 0.0 || !(w > 0.0)) {
         return 1.0;
     }
-    // Towards the light's side of the surface, by the texels that are compared: what the surface itself has left in them lies behind then.
-    float across = sqrt(max(1.0 - nl * nl, 0.0));
-    precise vec3 position = s.position + s.normal * (area.w * w * shadow_reach() * across + maps.z);
+    // Half of what a surface's own plane comes nearer to the light within the texels that are compared is taken here, off the surface; its slope
+    // has pushed the map's depth by the other half and more (src/passes/shadow_map.rs), for what meets the surface at an angle. A column's and a
+    // row's axes are what the map's rows hold besides the way ahead.
+    vec3 ahead = texelFetch(shadow_maps, int(at + 3u)).xyz;
+    vec3 right = texelFetch(shadow_maps, int(at)).xyz - (area.x + 0.5 * area.z) * ahead;
+    vec3 down = texelFetch(shadow_maps, int(at + 1u)).xyz - (area.y + 0.5 * area.z) * ahead;
+    float slope = (abs(dot(s.normal, right)) + abs(dot(s.normal, down))) * area.w;
+    precise vec3 position = s.position + s.normal * (0.5 * shadow_reach() * area.w * w * slope + maps.z - maps.w * s.position.z);
     precise float inverse = 1.0 / shadow_row(at + 3u, position);
     precise vec2 place = vec2(shadow_row(at, position), shadow_row(at + 1u, position)) * inverse;
     precise float depth = shadow_row(at + 2u, position) * inverse;

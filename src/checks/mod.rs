@@ -16,6 +16,7 @@ mod msaa;
 mod octahedral;
 mod oracle;
 mod prims;
+mod shadows;
 mod shapes;
 mod spots;
 mod subsets;
@@ -110,6 +111,13 @@ pub const ALL: &[(&str, Check)] = &[
     ("material_models", textured::material_models),
     ("subsets", subsets::subsets),
     ("spot_lists", spots::spot_lists),
+    ("shadow_error", shadows::shadow_error),
+    ("shadow_acne", shadows::shadow_acne),
+    ("shadow_leaks", shadows::shadow_leaks),
+    ("shadow_cones", shadows::shadow_cones),
+    ("shadows_still", shadows::shadows_still),
+    ("shadow_agreement", shadows::shadow_agreement),
+    ("shadow_maps", shadows::shadow_maps),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

@@ -8,21 +8,33 @@ use glam::{DMat4, DVec3};
 use super::Row;
 use super::hard::fixtures::{looking, point, scene, spot, wall};
 use super::lists::differing;
+use super::oracle::shader;
 use crate::error::{Error, Result};
 use crate::graph::log::Event;
 use crate::graph::{Graph, Work};
 use crate::passes;
 use crate::plan::overrides::{EffectName, apply};
 use crate::plan::{Limits, Plan, Request, Technique};
+use crate::reference::render::Reference;
 use crate::renderer::Renderer;
 use crate::scene::shading::{Model, OwnModel};
 use crate::scene::{
     AlphaMode, Height, IDENTITY_UV, Image, Instance, LightKind, Material, Mesh, Sampler, Scene, Texture,
 };
+use crate::shared::{KIND_DIRECTIONAL, KIND_POINT, KIND_SPOT};
 
 /// What a scene may call for, a bit each.
-pub(super) const CALLS: [&str; 8] =
-    ["transparency", "alpha_mask", "normal_maps", "parallax", "spot", "directional", "msaa", "material_models"];
+pub(super) const CALLS: [&str; 9] = [
+    "transparency",
+    "alpha_mask",
+    "normal_maps",
+    "parallax",
+    "spot",
+    "directional",
+    "msaa",
+    "material_models",
+    "shadows",
+];
 
 fn called(bits: u32, name: &str) -> bool {
     CALLS.iter().position(|call| *call == name).is_some_and(|at| bits & 1 << at != 0)
@@ -78,12 +90,13 @@ pub(super) fn scene_of(bits: u32) -> Scene {
     if scene.lights.is_empty() {
         scene.lights.push(point(DVec3::new(-0.5, 0.6, 2.5), 8.0));
     }
+    scene.lights[0].shadow = called(bits, "shadows");
     scene
 }
 
 pub(super) fn request_of(bits: u32, technique: Technique) -> Request {
     let msaa = if called(bits, "msaa") { 4 } else { 1 };
-    Request { width: 64, height: 48, technique, msaa, ..crate::checks::forward() }
+    Request { width: 64, height: 48, technique, msaa, shadow_size: 128, ..crate::checks::forward() }
 }
 
 /// Names of passes, pipelines with their constants, and images and buffers with their sizes: all that a frame consists of.
@@ -114,7 +127,7 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
     let mut wrong = Vec::new();
     let mut expect = |what: &str, found: bool, wanted: bool| {
         if found != wanted {
-            wrong.push(format!("{bits:08b} {}: {what} is {found}", technique.name()));
+            wrong.push(format!("{bits:09b} {}: {what} is {found}", technique.name()));
         }
     };
     for name in CALLS.iter().filter(|name| !["spot", "directional"].contains(name)) {
@@ -122,9 +135,8 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
         expect(name, runs, called(bits, name));
     }
     let [spots, suns] = ["spot", "directional"].map(|name| called(bits, name));
-    let kinds =
-        if spots { crate::shared::KIND_SPOT } else { 0 } | if suns { crate::shared::KIND_DIRECTIONAL } else { 0 };
-    let kinds = if kinds == 0 { crate::shared::KIND_POINT } else { kinds };
+    let kinds = if spots { KIND_SPOT } else { 0 } | if suns { KIND_DIRECTIONAL } else { 0 };
+    let kinds = if kinds == 0 { KIND_POINT } else { kinds };
     expect("only the kinds of lights that there are", plan.lights.kinds == kinds, true);
     let listed = !matches!(technique, Technique::Forward | Technique::Deferred) && (spots || !suns);
     expect("grid of tiles", plan.tiles.is_some(), listed);
@@ -144,14 +156,44 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
         graph.nodes.iter().any(|node| matches!(&node.work, Work::Render(render) if of(render)))
     };
     // TEXTURES and ALPHA_MASK of glsl/inc/surface.glsl.
+    expect("shadow passes", any("shadow_map"), called(bits, "shadows"));
+    expect("images and buffers of shadows", shadow_resources(&graph), called(bits, "shadows"));
+    expect("shadow variants", shadow_kinds(&graph) != 0, called(bits, "shadows"));
+    let shadowed = if spots {
+        KIND_SPOT
+    } else if suns {
+        KIND_DIRECTIONAL
+    } else {
+        KIND_POINT
+    };
+    expect("only the kind of light that asks", [0, shadowed].contains(&shadow_kinds(&graph)), true);
     expect("normal map variants", constants("shade/", 10, crate::shared::TEXTURE_NORMAL), called(bits, "normal_maps"));
     expect("height map variants", constants("shade/", 10, crate::shared::TEXTURE_HEIGHT), called(bits, "parallax"));
     expect("mask variants", constants("shade/", 11, 1), called(bits, "alpha_mask"));
     Ok(wrong)
 }
 
+fn shadow_resources(graph: &Graph) -> bool {
+    graph.images.iter().any(|image| image.name.starts_with("shadow"))
+        && graph.buffers.iter().any(|buffer| buffer.name.starts_with("shadow"))
+}
+
+/// SHADOW_KINDS of glsl/inc/shadow.glsl over all pipelines.
+fn shadow_kinds(graph: &Graph) -> u32 {
+    let of = |constants: &[(u32, u32)]| constants.iter().filter(|(at, _)| *at == 36).fold(0, |kinds, c| kinds | c.1);
+    let of_node = |work: &Work| match work {
+        Work::Dispatch { pipeline, .. } if pipeline.program.name.starts_with("shade/") => of(&pipeline.constants),
+        Work::Render(render) => {
+            let shaded = render.pipelines.iter().filter(|p| p.program.name.starts_with("shade/"));
+            shaded.fold(0, |kinds, p| kinds | of(&p.constants))
+        }
+        _ => 0,
+    };
+    graph.nodes.iter().fold(0, |kinds, node| kinds | of_node(&node.work))
+}
+
 /// Subsets in which each pair of calls is there in all four ways: rows of an orthogonal array of strength 2 (12 runs, 11 columns; R. L. Plackett,
-/// J. P. Burman, "The design of optimum multifactorial experiments", Biometrika 33, 1946), of which eight columns are taken.
+/// J. P. Burman, "The design of optimum multifactorial experiments", Biometrika 33, 1946), of which nine columns are taken.
 pub(super) fn covering() -> Vec<u32> {
     const FIRST: [u32; 11] = [1, 1, 0, 1, 1, 1, 0, 0, 0, 1, 0];
     let row = |shift: usize| (0..CALLS.len()).fold(0, |bits, at| bits | FIRST[(at + 11 - shift) % 11] << at);
@@ -175,7 +217,7 @@ pub fn subsets(renderer: &Renderer) -> Result<Vec<Row>> {
         let lit = picture.rgba("radiance").unwrap_or(&[]).iter().filter(|pixel| pixel[0] > 0.0).count();
         let problems = wrong(bits, technique, &limits)?;
         rows.push(Row {
-            name: format!("subset {bits:08b} in {}", technique.name()),
+            name: format!("subset {bits:09b} in {}", technique.name()),
             passed: problems.is_empty() && violations.is_empty() && lit > 100,
             detail: format!("{} decisions wrong, {} barriers, {lit} pixels lit", problems.len(), violations.len()),
         });
@@ -184,14 +226,18 @@ pub fn subsets(renderer: &Renderer) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn forced_and_forbidden() -> [EffectName; 6] {
+/// What is overridden, and whether it leaves the picture as it is where nothing calls for it: several samples change edges, and shadows are compared
+/// with rays.
+fn forced_and_forbidden() -> [(EffectName, bool); 8] {
     [
-        EffectName::Transparency,
-        EffectName::AlphaMask,
-        EffectName::NormalMaps,
-        EffectName::Parallax,
-        EffectName::MaterialModels,
-        EffectName::Prepass,
+        (EffectName::Transparency, true),
+        (EffectName::AlphaMask, true),
+        (EffectName::NormalMaps, true),
+        (EffectName::Parallax, true),
+        (EffectName::MaterialModels, true),
+        (EffectName::Prepass, true),
+        (EffectName::Msaa, false),
+        (EffectName::Shadows, false),
     ]
 }
 
@@ -219,10 +265,14 @@ fn overrides(renderer: &Renderer, limits: &Limits) -> Result<Vec<Row>> {
             apply(&mut scene, &mut request, force, forbid)?;
             drawn(renderer, &scene, &Plan::new(&scene, &request, limits)?)
         };
-        for effect in forced_and_forbidden() {
+        for (effect, neutral) in forced_and_forbidden() {
             let (forced, ..) = overridden(&[effect], &[])?;
             let name = format!("{} forced in {}", effect.name(), technique.name());
-            rows.push(Row::none(name, differing(&whole, &forced), "differing pixels"));
+            if neutral {
+                rows.push(Row::none(name, differing(&whole, &forced), "differing pixels"));
+            } else {
+                rows.push(Row::at_most(name, against_rays(&plain, &request, effect, limits, &forced)?, 0.02));
+            }
             if effect == EffectName::Prepass {
                 continue;
             }
@@ -234,6 +284,22 @@ fn overrides(renderer: &Renderer, limits: &Limits) -> Result<Vec<Row>> {
         }
     }
     Ok(rows)
+}
+
+/// Share of a forced picture's pixels that differ from rays, a ray a sample, by more than a fiftieth.
+fn against_rays(scene: &Scene, request: &Request, effect: EffectName, limits: &Limits, drawn: &[u32]) -> Result<f64> {
+    let (mut scene, mut request) = (scene.clone(), request.clone());
+    apply(&mut scene, &mut request, &[effect], &[])?;
+    let plan = Plan::new(&scene, &request, limits)?;
+    if !plan.effects.iter().any(|known| known.name == effect.name() && known.runs) {
+        return Err(Error::new(format!("{} does not run although it is forced", effect.name())));
+    }
+    let traced = Reference::new(&scene, &plan.view)?.of_samples(plan.samples).render(&shader(&plan), &|_| {});
+    let differs = |(pixel, wanted): &(&[u32], &[f64; 4])| {
+        (0..3).any(|c| (f64::from(f32::from_bits(pixel[c])) - wanted[c]).abs() > 0.02 * wanted[c].max(1e-3))
+    };
+    let count = drawn.chunks_exact(4).zip(&traced.rgba).filter(differs).count();
+    Ok(count as f64 / traced.rgba.len() as f64)
 }
 
 #[cfg(test)]
@@ -281,15 +347,16 @@ mod tests {
                 (3, EffectName::Parallax),
                 (6, EffectName::Msaa),
                 (7, EffectName::MaterialModels),
+                (8, EffectName::Shadows),
             ] {
-                for bits in [0u32, 0b1111_1111, 0b0101_0101] {
+                for bits in [0u32, 0b1_1111_1111, 0b1_0101_0101] {
                     let (with, without) = (bits | 1 << at, bits & !(1 << at));
                     let (mut scene, mut request) = (scene_of(with), request_of(with, technique));
                     apply(&mut scene, &mut request, &[], &[effect]).expect("an override");
                     let forbidden = Plan::new(&scene, &request, &limits()).expect("a plan");
                     let runs = |name: &str| forbidden.effects.iter().any(|e| e.name == name && e.runs);
                     assert!(!runs(effect.name()), "{}", effect.name());
-                    if effect == EffectName::Msaa {
+                    if [EffectName::Msaa, EffectName::Shadows].contains(&effect) {
                         let plain = scene_of(without);
                         let plan = Plan::new(&plain, &request_of(without, technique), &limits()).expect("a plan");
                         let [found, wanted] = [&forbidden, &plan].map(|plan| trace(&passes::frame(plan).graph));

@@ -21,6 +21,9 @@ pub struct EffectArgs {
     #[arg(long, value_name = "N", default_value_t = DEFAULT_FILTER,
         value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_FILTER)))]
     pub shadow_filter: u32,
+    /// When shadow maps are drawn.
+    #[arg(long, value_enum, default_value = "once")]
+    pub shadow_update: ShadowUpdateArg,
     /// Run an effect that nothing calls for, with input that changes nothing; repeatable.
     #[arg(long, value_name = "EFFECT", value_parser = parse_effect)]
     pub force: Vec<EffectName>,
@@ -77,4 +80,13 @@ pub enum TransparentSortArg {
     Object,
     /// The triangles of all of them, by their middle.
     Triangle,
+}
+
+/// `--shadow-update`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShadowUpdateArg {
+    /// Before the first frame: nothing moves.
+    Once,
+    /// In every frame, as if something had moved.
+    Frame,
 }

@@ -6,14 +6,14 @@ use glam::{DVec3, Vec3};
 
 use crate::cli::{
     AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
-    DepthReduceArg, FetchArg, GbufferArg, LimitsChoice, OnOff, ShadingArg, Shared, TechniqueChoice,
+    DepthReduceArg, FetchArg, GbufferArg, LimitsChoice, OnOff, ShadingArg, ShadowUpdateArg, Shared, TechniqueChoice,
     TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
 use crate::plan::overrides;
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
-    FetchChoice, GbufferLayout, Limits, Request, Technique, TransparentBounds, TransparentSort,
+    FetchChoice, GbufferLayout, Limits, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
@@ -202,6 +202,10 @@ pub fn request(shared: &Shared) -> Result<Request> {
         msaa: shared.effects.msaa,
         shadows: shared.effects.shadows,
         shadow_size: shared.effects.shadow_size,
+        shadow_update: match shared.effects.shadow_update {
+            ShadowUpdateArg::Once => ShadowUpdate::Once,
+            ShadowUpdateArg::Frame => ShadowUpdate::Frame,
+        },
         shadow_filter: shared.effects.shadow_filter,
         overrides: Vec::new(),
         strict: shared.effects.strict,

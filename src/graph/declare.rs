@@ -58,6 +58,23 @@ pub(super) fn accesses_of(work: &Work) -> Vec<Declared> {
     }
 }
 
+/// What the frame reads of that which was written once before it: for each way to read, all that is read so. Barriers of one node do
+/// not wait for each other, so each way has a node.
+pub(super) fn handed_over(graph: &Graph) -> Vec<Vec<Declared>> {
+    let (once, frame) = graph.nodes.split_at(graph.once_nodes);
+    let written: BTreeSet<Resource> =
+        once.iter().flat_map(|n| &n.accesses).filter(|d| d.access.writes()).map(|d| d.resource).collect();
+    let mut list: Vec<Vec<Declared>> = Vec::new();
+    for declared in frame.iter().flat_map(|n| &n.accesses).filter(|d| written.contains(&d.resource)) {
+        match list.iter_mut().find(|way| way[0].access == declared.access) {
+            Some(way) if way.iter().any(|known| known.resource == declared.resource) => {}
+            Some(way) => way.push(declared.clone()),
+            None => list.push(vec![declared.clone()]),
+        }
+    }
+    list
+}
+
 /// See [`Graph::problems`].
 pub(super) fn problems(graph: &Graph) -> Vec<String> {
     let mut found = Vec::new();

@@ -36,6 +36,12 @@ fn producer(p: &Producer) -> String {
 pub fn listing(graph: &Graph, barriers: &[Barrier]) -> String {
     let mut out = String::new();
     for (index, node) in graph.nodes.iter().enumerate() {
+        if index == 0 && graph.once_nodes > 0 {
+            out.push_str("-- before the first frame, once\n");
+        }
+        if index == graph.once_nodes && index > 0 {
+            out.push_str("-- every frame\n");
+        }
         if index == graph.frame_len() {
             out.push_str("-- read-back, once\n");
         }

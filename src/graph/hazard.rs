@@ -160,29 +160,34 @@ impl Needed {
 
 /// Barriers of the whole graph, in the order of its nodes: as few as there can be.
 pub fn derive(graph: &Graph) -> Vec<Barrier> {
-    prune(graph.frame_len(), graph.nodes.len(), derive_with_moments(graph))
+    let (once, repeated) = derive_with_moments(graph);
+    let repeated = prune(graph.frame_len(), graph.nodes.len(), repeated);
+    once.into_iter().map(|d| d.barrier).chain(repeated).collect()
 }
 
 /// A barrier for each hazard by itself, in the order of nodes: those of [`derive()`], and the waits that it leaves out because
 /// others bring them along.
 pub fn derive_each(graph: &Graph) -> Vec<Barrier> {
-    derive_with_moments(graph).into_iter().map(|d| d.barrier).collect()
+    let (once, repeated) = derive_with_moments(graph);
+    once.into_iter().chain(repeated).map(|d| d.barrier).collect()
 }
 
-fn derive_with_moments(graph: &Graph) -> Vec<Derived> {
+/// Those of what runs once before the first frame, and those of the frame and of what follows it.
+fn derive_with_moments(graph: &Graph) -> (Vec<Derived>, Vec<Derived>) {
     let mut first = HashMap::new();
     let named: Vec<usize> =
         graph.nodes.iter().enumerate().map(|(index, n)| *first.entry(n.name.as_str()).or_insert(index)).collect();
     let mut states = BTreeMap::new();
-    walk(graph, &named, 0..graph.frame_len(), &mut states);
+    let once = walk(graph, &named, 0..graph.once_nodes, &mut states);
+    walk(graph, &named, graph.frame_range(), &mut states);
     for state in states.values_mut() {
         for touch in state.write.iter_mut().chain(&mut state.reads) {
             touch.previous_frame = true;
         }
     }
-    let mut derived = walk(graph, &named, 0..graph.frame_len(), &mut states);
+    let mut derived = walk(graph, &named, graph.frame_range(), &mut states);
     derived.extend(walk(graph, &named, graph.frame_len()..graph.nodes.len(), &mut states));
-    derived
+    (once, derived)
 }
 
 fn walk(

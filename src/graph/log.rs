@@ -63,12 +63,13 @@ impl From<&Barrier> for MemoryBarrier {
     }
 }
 
-/// The log that `frames` frames and the read-back would leave if every declaration were true. Used to plan and to test;
+/// The log that `frames` frames, with what runs before and after them, would leave if every declaration were true. Used to plan and to test;
 /// proofs of real frames read what `record.rs` logged.
 pub fn declared(graph: &Graph, barriers: &[Barrier], frames: usize) -> Vec<Event> {
     let mut log = Vec::new();
+    declared_nodes(graph, barriers, 0..graph.once_nodes, &mut log);
     for _ in 0..frames {
-        declared_nodes(graph, barriers, 0..graph.frame_len(), &mut log);
+        declared_nodes(graph, barriers, graph.frame_range(), &mut log);
     }
     declared_nodes(graph, barriers, graph.frame_len()..graph.nodes.len(), &mut log);
     log

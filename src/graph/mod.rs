@@ -225,7 +225,9 @@ pub struct Graph {
     pub images: Vec<ImageInfo>,
     /// In execution order.
     pub nodes: Vec<Node>,
-    /// Nodes before this index make the frame that is timed and repeated; later ones read its results back once.
+    /// Nodes before this index run once, before the first frame: what they leave does not change from frame to frame.
+    pub once_nodes: usize,
+    /// Nodes from there to this index make the frame that is timed and repeated; later ones read its results back once.
     pub frame_nodes: Option<usize>,
 }
 
@@ -287,9 +289,22 @@ impl Graph {
         self.nodes.push(Node { name: "host_read".into(), accesses, work: Work::Host });
     }
 
-    /// Ends the part that is timed and repeated.
+    /// Ends the part that runs once, before the first frame.
+    pub fn end_once(&mut self) {
+        self.once_nodes = self.nodes.len();
+    }
+
+    /// Ends the part that is timed and repeated. What was written once before it is handed over, at the end of that part, to all that reads it
+    /// in the frame, so that the first frame finds what every other one does.
     pub fn end_frame(&mut self) {
-        self.frame_nodes = Some(self.nodes.len());
+        let frame_nodes = self.nodes.len();
+        let handed_over = declare::handed_over(self);
+        self.frame_nodes = Some(frame_nodes + handed_over.len());
+        for (step, accesses) in handed_over.into_iter().enumerate() {
+            let node = Node { name: format!("hand_over_{step}"), accesses, work: Work::Host };
+            self.nodes.insert(self.once_nodes, node);
+            self.once_nodes += 1;
+        }
     }
 
     /// What the barriers cannot be derived for: a transient image that is used before anything defines its contents, and a node
@@ -298,9 +313,14 @@ impl Graph {
         declare::problems(self)
     }
 
-    /// Number of nodes in the timed part.
+    /// Index behind the last node of the timed part.
     pub fn frame_len(&self) -> usize {
         self.frame_nodes.unwrap_or(self.nodes.len())
+    }
+
+    /// Nodes of the timed part.
+    pub fn frame_range(&self) -> std::ops::Range<usize> {
+        self.once_nodes..self.frame_len()
     }
 
     /// Description of a buffer.

@@ -48,7 +48,7 @@ use ash::vk;
 
 use crate::graph::program::Program;
 use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, ImageHandle, SamplerState, Work};
-use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, Tiles};
+use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, ShadowUpdate, Tiles};
 use depth_reduce::Samples;
 use transparent::Opaque;
 
@@ -88,6 +88,9 @@ pub fn frame(plan: &Plan) -> Frame {
     let mut scene = SceneHandles::declare(&mut graph, plan);
     if !plan.shows_surfaces() {
         shadow_map::add(&mut graph, plan, &mut scene);
+    }
+    if scene.shadows.is_some() && plan.shadows.as_ref().is_some_and(|shadows| shadows.update == ShadowUpdate::Once) {
+        graph.end_once();
     }
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
     let layers: Vec<(&'static str, ImageHandle)> = if plan.shows_surfaces() {

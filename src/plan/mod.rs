@@ -44,7 +44,7 @@ pub use limits::Limits;
 pub use overrides::EffectName;
 pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
-    GbufferLayout, Request, Technique, TransparentBounds, TransparentSort,
+    GbufferLayout, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
 pub use shadows::Shadows;
 pub use tiles::Tiles;

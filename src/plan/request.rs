@@ -13,7 +13,7 @@ use crate::scene::{Camera, Projection, Scene};
 
 pub use choices::{
     Accumulation, AssignChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice, GbufferLayout,
-    TransparentBounds, TransparentSort,
+    ShadowUpdate, TransparentBounds, TransparentSort,
 };
 
 /// Ways to light a picture. Each draws what `Forward` defines.
@@ -128,6 +128,8 @@ pub struct Request {
     pub shadows: Option<u32>,
     /// Columns and rows of a shadow map.
     pub shadow_size: u32,
+    /// When maps are drawn.
+    pub shadow_update: ShadowUpdate,
     /// Texels that the edge of a shadow is spread over, 0 to 8.
     pub shadow_filter: u32,
     /// Effects that were forced or forbidden (`plan/overrides.rs`).
@@ -172,6 +174,7 @@ impl Default for Request {
             msaa: 1,
             shadows: None,
             shadow_size: super::shadows::DEFAULT_SIZE,
+            shadow_update: ShadowUpdate::Once,
             shadow_filter: super::shadows::DEFAULT_FILTER,
             overrides: Vec::new(),
             strict: false,

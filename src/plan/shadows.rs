@@ -9,7 +9,7 @@ mod maps;
 mod select;
 
 use super::effects::Effect;
-use super::{Geometry, Limits, Plan, Request};
+use super::{Geometry, Limits, Plan, Request, ShadowUpdate};
 use crate::error::{Error, Result};
 use crate::scene::lighting::Lighting;
 use crate::scene::view::View;
@@ -55,10 +55,12 @@ pub struct Shadows {
     pub filter: u32,
     /// Columns and rows of the image of all maps.
     pub atlas: [u32; 2],
+    /// When maps are drawn.
+    pub update: ShadowUpdate,
     /// Bits `KIND_*` of lights that have shadows.
     pub kinds: u32,
-    /// Metres that a position may be off in f32.
-    slack: f32,
+    /// Metres that a position may be off its surface: everywhere, and at a distance of 1 m.
+    slack: [f32; 2],
     directional: u32,
     first_local: u32,
     why: String,
@@ -86,9 +88,10 @@ impl Shadows {
             maps: Vec::new(),
             size: request.shadow_size,
             filter: request.shadow_filter,
+            update: request.shadow_update,
             atlas: [0; 2],
             kinds: 0,
-            slack: (world.farthest * f64::from(f32::EPSILON) * 4.0) as f32,
+            slack: position_slack(view, world.farthest, limits),
             directional: 0,
             first_local: lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count() as u32,
             why: selection.why.clone(),
@@ -171,7 +174,7 @@ impl Shadows {
         let first = shared::SHADOW_HEAD_TEXELS as usize + self.lights.len() * shared::SHADOW_LIGHT_TEXELS as usize;
         for light in &self.lights {
             let at = first + light.first_map * shared::SHADOW_MAP_TEXELS as usize;
-            texels.push([at as f32, light.map_count as f32, self.slack, 0.0]);
+            texels.push([at as f32, light.map_count as f32, self.slack[0], self.slack[1]]);
             texels.extend(light.cube_rows);
         }
         texels.extend(self.maps.iter().flat_map(Map::texels));
@@ -209,6 +212,14 @@ impl Shadows {
     }
 }
 
+/// Metres that a position may be off its surface: everywhere, and at a distance of 1 m. A rasteriser snaps corners to parts of a pixel, and with
+/// them the plane whose depth it stores; a position that is made from that depth is off by as much, and f32 adds a few ulp.
+fn position_slack(view: &View, farthest: f64, limits: &Limits) -> [f32; 2] {
+    let snapped = super::tiles::pixel_size(view) * 2f64.sqrt() * (-f64::from(limits.sub_pixel_bits)).exp2();
+    let rounded = farthest * f64::from(f32::EPSILON) * 4.0;
+    if view.lens.is_perspective() { [rounded as f32, snapped as f32] } else { [(rounded + snapped) as f32, 0.0] }
+}
+
 /// The size that was asked for, halved until so many maps fit.
 fn fitting(maps: usize, asked: u32, limits: &Limits) -> Result<u32> {
     let mut size = asked;
@@ -229,14 +240,18 @@ pub(super) fn effect(plan: &Plan, selection: &Selection) -> Effect {
         _ if plan.shows_surfaces() => (false, "this view shows surfaces without light".into(), 0),
         None => (false, selection.why.clone(), 0),
         Some(shadows) => {
-            let drawn = shadows.drawn();
+            let when = match shadows.update {
+                ShadowUpdate::Once => "drawn once, for nothing moves",
+                ShadowUpdate::Frame => "drawn in every frame",
+            };
+            let seen = shadows.drawn();
             let why = format!(
-                "{}: {drawn} maps of {} x {} texels, {} of {} have something to draw, edges over {} texels",
+                "{}: {seen} of {} maps hold something that is seen, {} of these something in the light's way; {} x {} texels, edges over {}; {when}",
                 shadows.why,
-                shadows.size,
-                shadows.size,
-                shadows.maps.iter().filter(|map| !map.draws.is_empty()).count(),
                 shadows.maps.len(),
+                shadows.maps.iter().filter(|map| !map.draws.is_empty()).count(),
+                shadows.size,
+                shadows.size,
                 shadows.filter
             );
             (true, why, shadows.bytes())

@@ -271,7 +271,7 @@ impl Tiles {
 }
 
 /// The larger side of a pixel, on the image plane.
-fn pixel_size(view: &View) -> f64 {
+pub(super) fn pixel_size(view: &View) -> f64 {
     let e = view.lens.extents();
     let (w, h) = (f64::from(view.width), f64::from(view.height));
     ((e.right - e.left) / w).abs().max(((e.top - e.bottom) / h).abs())

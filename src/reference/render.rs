@@ -227,7 +227,8 @@ impl<'a> Reference<'a> {
                 direction: way,
                 // What the crossing of the ray through the pixel may be off by, and far less than anything that stands apart.
                 min: 1e-7 * (1.0 + position.length() / way.length()),
-                max: if ends { 1.0 } else { f64::INFINITY },
+                // A light may lie on a surface.
+                max: if ends { 1.0 - 1e-7 } else { f64::INFINITY },
             };
             self.bvh.any(&ray, |crossing| self.blocks(view, at, way, crossing))
         };

@@ -243,7 +243,7 @@ mod tests {
             for (setting, request) in &knob.settings {
                 let plan = Plan::new(&scene, request, &limits).expect("a plan");
                 let graph = passes::frame(&plan).graph;
-                let passes: Vec<&str> = graph.nodes[..graph.frame_len()].iter().map(|node| &*node.name).collect();
+                let passes: Vec<&str> = graph.nodes[graph.frame_range()].iter().map(|node| &*node.name).collect();
                 let touched = passes.iter().filter(|pass| knob.touches(pass)).count();
                 assert!(touched > 0 && touched < passes.len(), "{} {setting}: {touched} of {passes:?}", knob.name);
             }

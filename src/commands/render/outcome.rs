@@ -32,6 +32,8 @@ pub(super) struct Outcome {
     pub(super) first_frame_ms: f64,
     pub(super) pipelines_ms: f64,
     pub(super) upload_ms: f64,
+    /// Of what is drawn once, before the first frame; 0 where nothing is.
+    pub(super) once_ms: f64,
     /// Most bytes of device memory at once.
     pub(super) memory_bytes: u64,
     /// Device bytes by resource, while everything was there.
@@ -61,6 +63,7 @@ pub(super) fn draw(
     prepared.draw(1)?;
     outcome.first_frame_ms = started.elapsed().as_secs_f64() * 1e3;
     (outcome.pipelines_ms, outcome.upload_ms) = (prepared.pipelines_ms, prepared.upload_ms);
+    outcome.once_ms = prepared.once_ms;
     prepared.draw(WARM_UP - 1)?;
     outcome.times = prepared.draw(args.frames as usize)?;
     process.stage("frames");

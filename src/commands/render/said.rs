@@ -50,8 +50,12 @@ pub(super) fn text(
                 None => format!("  {name:<18}   (no timestamps)\n"),
             };
         }
+        let once = match outcome.once_ms {
+            0.0 => String::new(),
+            ms => format!(", shadow maps {ms:.1} ms"),
+        };
         out += &format!(
-            "start     first frame after {:.0} ms, of which pipelines {:.0} ms and upload {:.0} ms\n",
+            "start     first frame after {:.0} ms, of which pipelines {:.0} ms, upload {:.0} ms{once}\n",
             outcome.first_frame_ms, outcome.pipelines_ms, outcome.upload_ms
         );
         out += &format!("memory    {} on the device at most\n", report::bytes(outcome.memory_bytes));
@@ -110,7 +114,7 @@ pub(super) fn machine_form(
         "plan": plan::plan_json(plan),
         "passes": passes,
         "frame_ms": { "median": frame.median, "min": frame.min, "max": frame.max, "frames": outcome.times.wall_ms.len() },
-        "startup_ms": { "pipelines": outcome.pipelines_ms, "upload": outcome.upload_ms, "first_frame": outcome.first_frame_ms },
+        "startup_ms": { "pipelines": outcome.pipelines_ms, "upload": outcome.upload_ms, "shadow_maps": outcome.once_ms, "first_frame": outcome.first_frame_ms },
         "memory_bytes": outcome.memory_bytes,
         "memory": memory,
         "process_memory": outcome.process,

@@ -222,3 +222,25 @@ impl TransparentSort {
         }
     }
 }
+
+/// When shadow maps are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShadowUpdate {
+    /// Before the first frame: nothing moves.
+    Once,
+    /// In every frame, as if something had moved.
+    Frame,
+}
+
+impl ShadowUpdate {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Once, Self::Frame];
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Once => "once",
+            Self::Frame => "frame",
+        }
+    }
+}
