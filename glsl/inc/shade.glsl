@@ -57,20 +57,80 @@ vec3 shade_loaded_light(LoadedLight light, Lobes lobes, Surface s, vec3 v) {
     }
     // The intensity comes last: before it nothing can pass f32, so no infinity meets a 0.
     precise vec3 added = reflect_light(lobes, s, v, l, max(nl, 0.0)) * (strength * max(nl, 0.0)) * light.intensity;
-    bool lit = strength > 0.0 && nl > 0.0;
-    if (SHADOW_KINDS != 0u && lit) {
+    return strength > 0.0 && nl > 0.0 ? added : vec3(0.0);
+}
+
+// The same of a light that has a shadow.
+vec3 shade_shadowed_light(LoadedLight light, Lobes lobes, Surface s, vec3 v) {
+    precise vec3 added = shade_loaded_light(light, lobes, s, v);
+    if (added != vec3(0.0)) {
         added *= shadow_visibility(light.first_texel / LIGHT_TEXELS, light.kind, s);
     }
-    return lit ? added : vec3(0.0);
+    return added;
 }
 
 vec3 shade_light(uint index, Lobes lobes, Surface s, vec3 v) {
     return shade_loaded_light(load_light(index), lobes, s, v);
 }
 
+// Of any light, with a shadow or without.
+vec3 shade_any_light(uint index, Lobes lobes, Surface s, vec3 v) {
+    if (SHADOW_KINDS == 0u) {
+        return shade_light(index, lobes, s, v);
+    }
+    return shade_shadowed_light(load_light(index), lobes, s, v);
+}
+
 vec3 view_direction(Surface s) {
     precise vec3 v = frame.data.perspective > 0.0 ? -s.position / sqrt(dot(s.position, s.position)) : vec3(0.0, 0.0, 1.0);
     return v;
+}
+
+// NAME: lights first to end on top of what is added up already, in id order, each by SHADE; with SEEK those out of range are stepped over.
+// Seek, then shade. Some drivers run both sides of every branch, but all of them leave a loop: 32 lights are tested by their range alone, and only
+// those that reach this fragment enter the second loop, still in id order.
+#define ADD_RUN(NAME, SHADE, SEEK) \
+vec3 NAME(vec3 before, Lobes lobes, Surface s, vec3 v, uint first, uint end) { \
+    precise vec3 sum = before; \
+    if (!(SEEK)) { \
+        for (uint i = first; i < end; ++i) { \
+            sum += SHADE(load_light(i), lobes, s, v); \
+        } \
+        return sum; \
+    } \
+    for (uint base = first; base < end; base += 32u) { \
+        uint reaching = 0u; \
+        uint count = min(end - base, 32u); \
+        for (uint i = 0u; i < count; ++i) { \
+            bool outside = light_out_of_range(light_texel((base + i) * LIGHT_TEXELS), s.position); \
+            reaching |= outside ? 0u : 1u << i; \
+        } \
+        while (reaching != 0u) { \
+            uint i = base + uint(findLSB(reaching)); \
+            reaching &= reaching - 1u; \
+            sum += SHADE(load_light(i), lobes, s, v); \
+        } \
+    } \
+    return sum; \
+}
+
+ADD_RUN(add_plain_run, shade_loaded_light, LIGHT_SEEK)
+ADD_RUN(add_shadowed_run, shade_shadowed_light, LIGHT_SEEK)
+ADD_RUN(add_plain_each, shade_loaded_light, false)
+ADD_RUN(add_shadowed_each, shade_shadowed_light, false)
+
+// Directional lights first to end. Those that have shadows come first: the others do not pay for what drivers run of a branch not taken.
+vec3 add_directional_lights(vec3 before, Lobes lobes, Surface s, vec3 v, uint first, uint end) {
+    if ((LIGHT_KINDS & KIND_DIRECTIONAL) == 0u) {
+        return before;
+    }
+    if ((SHADOW_KINDS & KIND_DIRECTIONAL) == 0u) {
+        return add_plain_each(before, lobes, s, v, first, end);
+    }
+    uint shadowed = shadow_runs().x;
+    precise vec3 sum = add_shadowed_each(before, lobes, s, v, first, min(end, shadowed));
+    sum = add_plain_each(sum, lobes, s, v, max(first, shadowed), end);
+    return sum;
 }
 
 // Lights first to end on top of what is added up already, in id order.
@@ -79,28 +139,15 @@ vec3 add_lights(vec3 before, Lobes lobes, Surface s, vec3 v, uint first, uint en
     if (LIGHT_KINDS == 0u) {
         return sum;
     }
-    if (!LIGHT_SEEK) {
-        for (uint i = first; i < end; ++i) {
-            sum += shade_light(i, lobes, s, v);
-        }
-        return sum;
+    if (SHADOW_KINDS == 0u) {
+        return add_plain_run(sum, lobes, s, v, first, end);
     }
-    // Seek, then shade. Some drivers run both sides of every branch, but all of them leave a loop: 32 lights are tested by their
-    // range alone, and only those that reach this fragment enter the second loop, still in id order.
-    for (uint base = first; base < end; base += 32u) {
-        uint reaching = 0u;
-        uint count = min(end - base, 32u);
-        for (uint i = 0u; i < count; ++i) {
-            bool outside = light_out_of_range(light_texel((base + i) * LIGHT_TEXELS), s.position);
-            reaching |= outside ? 0u : 1u << i;
-        }
-        while (reaching != 0u) {
-            uint i = base + uint(findLSB(reaching));
-            reaching &= reaching - 1u;
-            sum += shade_light(i, lobes, s, v);
-        }
+    uvec3 runs = shadow_runs();
+    sum = add_directional_lights(sum, lobes, s, v, first, min(end, runs.y));
+    if (SHADOW_KINDS != KIND_DIRECTIONAL) {
+        sum = add_shadowed_run(sum, lobes, s, v, max(first, runs.y), min(end, runs.z));
     }
-    return sum;
+    return add_plain_run(sum, lobes, s, v, max(first, runs.z), end);
 }
 
 vec3 shade_all_lights(Surface s) {

@@ -27,14 +27,22 @@ uint list_offset(uint at) {
 
 // Lights that no list holds, because every sample adds them, on top of what is added up already.
 vec3 add_unlisted_lights(vec3 before, Lobes lobes, Surface s, vec3 v) {
-    precise vec3 sum = before;
-    if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
-        uint first_light = grid.data.first_light;
-        for (uint i = 0u; i < first_light; ++i) {
-            sum += shade_light(i, lobes, s, v);
-        }
+    return add_directional_lights(before, lobes, s, v, 0u, grid.data.first_light);
+}
+
+// Place behind the last light of a list that has a shadow: in the order of ids these come first.
+uint add_shadowed_lights(inout vec3 sum, Lobes lobes, Surface s, vec3 v, uint begin, uint end) {
+    if ((SHADOW_KINDS & ~KIND_DIRECTIONAL) == 0u) {
+        return begin;
     }
-    return sum;
+    uint shadowed = shadow_runs().z;
+    uint at = begin;
+    while (at < end && list_light(at) < shadowed) {
+        precise vec3 added = sum + shade_shadowed_light(load_light(list_light(at)), lobes, s, v);
+        sum = added;
+        ++at;
+    }
+    return at;
 }
 
 // Lights begin to end of the list, likewise.
@@ -43,6 +51,7 @@ vec3 add_listed_lights(vec3 before, Lobes lobes, Surface s, vec3 v, uint begin, 
     if (LIGHT_KINDS == 0u) {
         return sum;
     }
+    begin = add_shadowed_lights(sum, lobes, s, v, begin, end);
     if (!LIST_SEEK) {
         for (uint at = begin; at < end; ++at) {
             sum += shade_light(list_light(at), lobes, s, v);
@@ -92,17 +101,20 @@ Lit begin_lit(Surface s) {
     return Lit(s, v, make_lobes(s, v), unlit_radiance(s));
 }
 
-void add_light(LoadedLight light, inout Lit lit) {
-    precise vec3 sum = lit.sum + shade_loaded_light(light, lit.lobes, lit.s, lit.v);
-    lit.sum = sum;
+#define ADD_TO_FOUR(NAME, SHADE) \
+void NAME(LoadedLight light, inout Lit a, inout Lit b, inout Lit c, inout Lit d) { \
+    precise vec3 sum_a = a.sum + SHADE(light, a.lobes, a.s, a.v); \
+    precise vec3 sum_b = b.sum + SHADE(light, b.lobes, b.s, b.v); \
+    precise vec3 sum_c = c.sum + SHADE(light, c.lobes, c.s, c.v); \
+    precise vec3 sum_d = d.sum + SHADE(light, d.lobes, d.s, d.v); \
+    a.sum = sum_a; \
+    b.sum = sum_b; \
+    c.sum = sum_c; \
+    d.sum = sum_d; \
 }
 
-void add_light_to_four(LoadedLight light, inout Lit a, inout Lit b, inout Lit c, inout Lit d) {
-    add_light(light, a);
-    add_light(light, b);
-    add_light(light, c);
-    add_light(light, d);
-}
+ADD_TO_FOUR(add_light_to_four, shade_loaded_light)
+ADD_TO_FOUR(add_shadowed_light_to_four, shade_shadowed_light)
 
 // The lights that every sample adds, and begin to end of a list that four samples share: place and intensity of each light are read once
 // for all of them, and each sum is the one that shade_listed_lights makes. As many iterations as that takes, not four times as many.
@@ -110,12 +122,28 @@ void shade_four(inout Lit a, inout Lit b, inout Lit c, inout Lit d, uint begin, 
     if (LIGHT_KINDS == 0u) {
         return;
     }
+    uvec3 runs = uvec3(0u);
+    if (SHADOW_KINDS != 0u) {
+        runs = shadow_runs();
+    }
     if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
-        for (uint i = 0u; i < grid.data.first_light; ++i) {
+        if ((SHADOW_KINDS & KIND_DIRECTIONAL) != 0u) {
+            for (uint i = 0u; i < runs.x; ++i) {
+                add_shadowed_light_to_four(load_light(i), a, b, c, d);
+            }
+        }
+        for (uint i = runs.x; i < grid.data.first_light; ++i) {
             add_light_to_four(load_light(i), a, b, c, d);
         }
     }
-    for (uint at = begin; at < end; ++at) {
+    uint at = begin;
+    if ((SHADOW_KINDS & ~KIND_DIRECTIONAL) != 0u) {
+        while (at < end && list_light(at) < runs.z) {
+            add_shadowed_light_to_four(load_light(list_light(at)), a, b, c, d);
+            ++at;
+        }
+    }
+    for (; at < end; ++at) {
         add_light_to_four(load_light(list_light(at)), a, b, c, d);
     }
 }

@@ -16,6 +16,12 @@ float shadow_reach() {
     return 0.5 * (float(SHADOW_FILTER) + 1.0);
 }
 
+// Ends of runs of the light table: directional lights that have shadows, all directional ones, and behind them others that have shadows.
+uvec3 shadow_runs() {
+    vec4 head = texelFetch(shadow_maps, 0);
+    return uvec3(head.x, head.y, head.y + head.z);
+}
+
 // Texels of a light's shadow; in each of both runs of the light table lights with shadows come first.
 uint shadow_of(uint light, uint kind) {
     vec4 head = texelFetch(shadow_maps, 0);

@@ -16,10 +16,6 @@ void main() {
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
     precise vec3 sum = unlit_radiance(s);
-    if ((LIGHT_KINDS & KIND_DIRECTIONAL) != 0u) {
-        for (uint i = 0u; i < frame.data.directional_count; ++i) {
-            sum += shade_light(i, lobes, s, v);
-        }
-    }
+    sum = add_directional_lights(sum, lobes, s, v, 0u, frame.data.directional_count);
     out_radiance = vec4(min(sum, MAX_RADIANCE), 1.0);
 }

@@ -19,5 +19,5 @@ void main() {
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
-    out_radiance = vec4(shade_light(in_light, lobes, s, v), 0.0);
+    out_radiance = vec4(shade_any_light(in_light, lobes, s, v), 0.0);
 }

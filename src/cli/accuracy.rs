@@ -71,6 +71,10 @@ pub enum KnobName {
     ClusterNormals,
     /// Samples a pixel.
     Msaa,
+    /// Columns and rows of shadow maps.
+    ShadowSize,
+    /// Texels that edges of shadows are spread over.
+    ShadowFilter,
     /// What light lists of blended surfaces know of depths; of scenes that have some.
     TransparentBounds,
     /// What of blended surfaces is put in order; of scenes that have some.

@@ -81,6 +81,8 @@ pub enum BenchName {
     Materials,
     /// Time, memory and depth reduction by samples a pixel.
     Msaa,
+    /// Each effect forced where nothing calls for it, and left out.
+    Effects,
     /// What each step takes on this device; stored, so that `--technique auto` chooses by it.
     Profile,
 }

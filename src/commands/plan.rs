@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::gpu::Options;
 use crate::graph::{Access, Graph, describe, hazard};
 use crate::passes;
-use crate::plan::{Plan, Technique};
+use crate::plan::{Plan, Technique, estimate};
 use crate::renderer::Renderer;
 use crate::scene::Scene;
 
@@ -25,7 +25,10 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let needs_device = args.shared.limits == LimitsChoice::Device && request.technique != Technique::Reference;
     let options = Options { validate: false, driver: args.shared.driver.clone() };
     let renderer = if needs_device { Some(Renderer::new(&options)?) } else { None };
-    let plan = Plan::new(&scene, &request, &setup::limits(&args.shared, renderer.as_ref()))?;
+    let limits = setup::limits(&args.shared, renderer.as_ref());
+    let mut plan = Plan::new(&scene, &request, &limits)?;
+    let profile = limits.profile.unwrap_or_default();
+    estimate(&mut plan, &scene, request.tile, &profile);
     let traced = plan.technique == Technique::Reference;
     let graph = if traced { Graph::new() } else { passes::frame(&plan).graph };
     let barriers = hazard::derive(&graph);
@@ -39,6 +42,9 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
             out += &describe::listing(&graph, &barriers);
         } else {
             out += &summary(&scene, &plan);
+            if plan.effects.iter().any(|effect| effect.ms.is_some()) {
+                out += &format!("milliseconds are estimates for a frame: {}\n", profile.source);
+            }
             out += &grids::lines(&plan);
             out += &format!(
                 "memory    {} attachments, {} scene data\n",
@@ -102,10 +108,13 @@ pub fn summary(scene: &Scene, plan: &Plan) -> String {
     out += &format!("why       {}\n", plan.technique_why);
     for (title, runs) in [("runs", true), ("skipped", false)] {
         for effect in plan.effects.iter().filter(|e| e.runs == runs) {
-            let cost = match (effect.bytes, runs) {
-                (0, _) => String::new(),
-                (bytes, true) => format!(" [{}]", report::bytes(bytes)),
-                (bytes, false) => format!(" [{} saved]", report::bytes(bytes)),
+            let bytes = (effect.bytes > 0).then(|| report::bytes(effect.bytes));
+            let ms = effect.ms.map(|ms| format!("about {ms:.2} ms"));
+            let cost: Vec<String> = bytes.into_iter().chain(ms).collect();
+            let cost = match (cost.is_empty(), runs) {
+                (true, _) => String::new(),
+                (false, true) => format!(" [{}]", cost.join(", ")),
+                (false, false) => format!(" [{} saved]", cost.join(", ")),
             };
             out += &format!("  {title:<8} {:<13} {}{cost}\n", effect.name, effect.why);
         }

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use super::cost::Load;
 use super::materials::{HEIGHT_MAP, NORMAL_MAP};
+use super::profile::Profile;
 use super::shadows::Selection;
 use super::{DepthBounds, Gbuffer, Plan, Request, Technique};
 use super::{gbuffer, samples, shadows, transparency};
@@ -10,7 +12,7 @@ use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
 
 /// One effect and its decision.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Effect {
     /// As the JSON names it.
     pub name: &'static str,
@@ -20,10 +22,40 @@ pub struct Effect {
     pub why: String,
     /// Device memory it takes, or would have taken.
     pub bytes: u64,
+    /// Milliseconds of a frame that it takes, or would have taken, as [`estimate`] has it; `None` where no figure of a device says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ms: Option<f64>,
+}
+
+impl Effect {
+    pub(super) fn new(name: &'static str, runs: bool, why: String, bytes: u64) -> Self {
+        Self { name, runs, why, bytes, ms: None }
+    }
 }
 
 fn effect(name: &'static str, runs: bool, why: String, bytes: u64) -> Effect {
-    Effect { name, runs, why, bytes }
+    Effect::new(name, runs, why, bytes)
+}
+
+/// Gives each effect its milliseconds by what was measured on the device: steps of lists and G-buffers by the model of `plan/cost.rs`, the others by
+/// what they cost where they are forced. Estimates: a scene may call for more of an effect, or less. The reference has none.
+pub fn estimate(plan: &mut Plan, scene: &Scene, tile: u32, profile: &Profile) {
+    if plan.technique == Technique::Reference {
+        return;
+    }
+    let load = Load::new(scene, &plan.lighting, &plan.view, tile);
+    let pixels = load.pixels;
+    for effect in &mut plan.effects {
+        let nanoseconds = match effect.name {
+            "gbuffer" => Some(pixels * profile.gbuffer),
+            "light_volumes" => Some(load.seen * profile.volume + load.covered * profile.volume_pixel),
+            "depth_bounds" => Some(pixels * profile.bounds.min(profile.group_bounds)),
+            "light_lists" => Some(profile.lists_ms * 1e6 + load.tests * profile.cull),
+            "clusters" => Some(profile.clusters_ms * 1e6 + pixels * profile.cluster),
+            name => profile.forced.of(name).map(|each| each * pixels),
+        };
+        effect.ms = nanoseconds.map(|ns| ns * 1e-6);
+    }
 }
 
 pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &Selection) -> Vec<Effect> {

@@ -240,7 +240,7 @@ pub(super) fn effect(plan: &Plan) -> Effect {
             format!("compact, {bytes} bytes a pixel: normals in 2 x {normal_bits} bits{material}{emission}")
         }
     };
-    Effect { name: "gbuffer", runs: planned.is_some(), why, bytes: bytes * plan.pixels() }
+    Effect::new("gbuffer", planned.is_some(), why, bytes * plan.pixels())
 }
 
 /// Whether light volumes are drawn, and how many.
@@ -253,7 +253,7 @@ pub(super) fn volumes_effect(plan: &Plan) -> Effect {
         Some(_) => ("one pass loops over all lights".into(), 0),
     };
     let runs = plan.deferred.as_ref().is_some_and(|d| d.volumes().is_some());
-    Effect { name: "light_volumes", runs, why, bytes }
+    Effect::new("light_volumes", runs, why, bytes)
 }
 
 #[cfg(test)]

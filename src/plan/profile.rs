@@ -43,11 +43,66 @@ pub struct Profile {
     pub lists_ms: f64,
     /// Milliseconds: the steps of cluster making by themselves.
     pub clusters_ms: f64,
+    /// Of effects that are forced where nothing calls for them.
+    #[serde(default)]
+    pub forced: Forced,
+}
+
+/// By how much a pixel takes longer where an effect is forced that nothing calls for, with input that changes nothing: what leaving it out saves. One
+/// light has a shadow, four samples make a pixel. Nanoseconds, of `tiled-forward`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Forced {
+    /// Depth before shading.
+    pub prepass: f64,
+    /// Every surface is blended.
+    pub transparency: f64,
+    /// Every surface has a mask.
+    pub alpha_mask: f64,
+    /// Every surface has a normal map.
+    pub normal_maps: f64,
+    /// Every surface has a height map.
+    pub parallax: f64,
+    /// Every surface names a model.
+    pub material_models: f64,
+    /// Four samples a pixel.
+    pub msaa: f64,
+    /// Of one light; its maps are drawn once.
+    pub shadows: f64,
+}
+
+impl Forced {
+    fn numbers(&self) -> [f64; 8] {
+        [
+            self.prepass,
+            self.transparency,
+            self.alpha_mask,
+            self.normal_maps,
+            self.parallax,
+            self.material_models,
+            self.msaa,
+            self.shadows,
+        ]
+    }
+
+    /// Of an effect by name; `None` of those that are not forced.
+    pub fn of(&self, effect: &str) -> Option<f64> {
+        Some(match effect {
+            "prepass" => self.prepass,
+            "transparency" => self.transparency,
+            "alpha_mask" => self.alpha_mask,
+            "normal_maps" => self.normal_maps,
+            "parallax" => self.parallax,
+            "material_models" => self.material_models,
+            "msaa" => self.msaa,
+            "shadows" => self.shadows,
+            _ => return None,
+        })
+    }
 }
 
 impl Profile {
     /// Mesa's llvmpipe 22.3.6 on two cores of an Intel Xeon (`bench profile`, the mean of two runs; the fetches, whose order is that of
-    /// every machine met, by `bench ceiling` on an AMD EPYC).
+    /// every machine met, by `bench ceiling` on an AMD EPYC; forced effects the mean of three runs on another machine of two cores).
     pub fn lavapipe() -> Self {
         Self {
             source: "defaults for lavapipe".into(),
@@ -68,6 +123,16 @@ impl Profile {
             volume_pair: 0.0,
             lists_ms: 0.7,
             clusters_ms: 2.3,
+            forced: Forced {
+                prepass: 0.0,
+                transparency: 36.0,
+                alpha_mask: 18.0,
+                normal_maps: 9.0,
+                parallax: 7.0,
+                material_models: 1.0,
+                msaa: 208.0,
+                shadows: 27.0,
+            },
         }
     }
 
@@ -92,6 +157,16 @@ impl Profile {
             volume_pair: 0.0,
             lists_ms: 0.5,
             clusters_ms: 1.0,
+            forced: Forced {
+                prepass: 0.0,
+                transparency: 82.0,
+                alpha_mask: 33.0,
+                normal_maps: 36.0,
+                parallax: 0.0,
+                material_models: 2.0,
+                msaa: 720.0,
+                shadows: 132.0,
+            },
         }
     }
 }
@@ -118,7 +193,7 @@ impl Profile {
             self.lists_ms,
             self.clusters_ms,
         ];
-        numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
+        numbers.iter().chain(&self.forced.numbers()).all(|x| x.is_finite() && *x >= 0.0)
     }
 }
 

@@ -103,7 +103,7 @@ pub(super) fn effect(plan: &Plan, request: &Request) -> Effect {
         }
         (count, _) => format!("{count} samples a pixel, shaded once a triangle"),
     };
-    Effect { name: "msaa", runs: plan.samples > 1, why, bytes }
+    Effect::new("msaa", plan.samples > 1, why, bytes)
 }
 
 #[cfg(test)]

@@ -222,7 +222,7 @@ pub(super) fn effect(plan: &Plan, scene: &Scene) -> Effect {
             (true, why, planned.bytes(plan))
         }
     };
-    Effect { name: "transparency", runs, why, bytes }
+    Effect::new("transparency", runs, why, bytes)
 }
 
 fn lists_in_words(plan: &Plan, planned: &Transparency) -> String {

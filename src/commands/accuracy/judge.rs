@@ -1,6 +1,6 @@
 //! What settings are judged by: the scene traced in f64, and the device's own picture of `forward`.
 
-use super::knobs::Against;
+use super::knobs::{Against, SHADOWED};
 use crate::checks;
 use crate::commands::measured;
 use crate::error::{Error, Result};
@@ -23,6 +23,8 @@ pub(super) struct Judge {
     unbounded: Option<Vec<[f64; 4]>>,
     /// Eight rays a pixel; `None` where nothing asks for it.
     sampled: Option<Vec<[f64; 4]>>,
+    /// With shadow rays; `None` where nothing asks for it.
+    shadowed: Option<Vec<[f64; 4]>>,
     /// Of the device; `None` where it cannot draw it.
     forward: Option<Vec<[f64; 4]>>,
     /// Why not.
@@ -43,6 +45,8 @@ impl Judge {
         };
         let traced = trace(scene, &request, 1)?;
         let several = against.contains(&Against::Samples).then(|| trace(scene, &request, SAMPLES)).transpose()?;
+        let with_shadows = Request { shadows: Some(SHADOWED), ..request.clone() };
+        let shadowed = against.contains(&Against::Shadows).then(|| trace(scene, &with_shadows, 1)).transpose()?;
         let rules = LightRules { range: RangeRule::Infinite, ..request.rules.clone() };
         let lifted = (unbounded && request.rules != rules).then_some(Request { rules, ..request });
         let unbounded = lifted.map(|request| trace(scene, &request, 1)).transpose()?;
@@ -51,6 +55,7 @@ impl Judge {
             own: traced.rgba,
             unbounded: unbounded.map(|traced| traced.rgba),
             sampled: several.map(|traced| traced.rgba),
+            shadowed: shadowed.map(|traced| traced.rgba),
             forward,
             note,
         })
@@ -60,6 +65,7 @@ impl Judge {
     pub(super) fn error(&self, radiance: &[[f32; 4]], against: Against) -> Difference {
         let reference = match against {
             Against::Own => &self.own,
+            Against::Shadows => self.shadowed.as_ref().unwrap_or(&self.own),
             Against::Unbounded => self.unbounded.as_ref().unwrap_or(&self.own),
             Against::Samples => {
                 return metrics::compare(self.sampled.as_ref().unwrap_or(&self.own), &metrics::widen(radiance));
@@ -116,6 +122,7 @@ mod tests {
             own: vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(1.0)],
             unbounded: Some(vec![pixel(2.0); 4]),
             sampled: Some(vec![pixel(3.0); 4]),
+            shadowed: Some(vec![pixel(2.5); 4]),
             forward: Some(vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(8.0)]),
             note: None,
         }
@@ -128,6 +135,7 @@ mod tests {
         assert_eq!((error.pixels, error.max_relative), (3, 0.25));
         assert_eq!(judge().error(&picture, Against::Unbounded).max_relative, 1.5);
         assert_eq!(judge().error(&picture, Against::Samples).max_relative, 2.0);
+        assert_eq!(judge().error(&picture, Against::Shadows).max_relative, 1.0);
         let only_own = Judge { unbounded: None, ..judge() };
         assert_eq!(only_own.error(&picture, Against::Unbounded).max_relative, 0.25);
         assert_eq!(judge().interior_share(), 0.75);

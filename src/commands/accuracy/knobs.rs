@@ -5,8 +5,8 @@ use crate::commands::setup;
 use crate::plan::gbuffer::FAT_ATTACHMENTS;
 use crate::plan::samples::COUNTS;
 use crate::plan::{
-    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, Technique,
-    TransparentBounds, TransparentSort,
+    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, ShadowUpdate,
+    Technique, TransparentBounds, TransparentSort,
 };
 use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
 
@@ -22,6 +22,8 @@ pub(super) enum Against {
     Unbounded,
     /// Eight rays a pixel, edges included.
     Samples,
+    /// Rays look for what stands in the way of the lights that matter most, of [`SHADOWED`].
+    Shadows,
 }
 
 impl Against {
@@ -31,6 +33,7 @@ impl Against {
             Self::Own => "own ranges",
             Self::Unbounded => "infinite ranges",
             Self::Samples => "own ranges, 8 rays a pixel",
+            Self::Shadows => "own ranges, shadow rays",
         }
     }
 }
@@ -57,6 +60,15 @@ const CUTOFFS: [(&str, f64); 4] = [("0.1", 0.1), ("5/256", DEFAULT_CUTOFF), ("0.
 /// Slices an octave: more than 32 pass the 512 that a key holds where the eye's near plane is near.
 const SLICES: [u32; 6] = [1, 2, 4, 8, 16, 32];
 
+/// Lights whose shadows are judged.
+pub(super) const SHADOWED: u32 = 4;
+
+/// Columns of shadow maps.
+const SHADOW_SIZES: [u32; 5] = [128, 256, 512, 1024, 2048];
+
+/// Texels of their filter.
+const SHADOW_FILTERS: [u32; 5] = [0, 1, 2, 4, 8];
+
 /// The depth pre-pass and the lists of tiles.
 const BEFORE: &[&str] = &["depth_prepass", "depth_reduce", "tile_", "bin_"];
 
@@ -77,6 +89,7 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
     let against = match name {
         KnobName::LightCutoff => Against::Unbounded,
         KnobName::Msaa => Against::Samples,
+        KnobName::ShadowSize | KnobName::ShadowFilter => Against::Shadows,
         _ => Against::Own,
     };
     let spared: &[&str] = match name {
@@ -86,6 +99,7 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         KnobName::Gbuffer | KnobName::Slices => BEFORE,
         KnobName::ClusterNormals => &["depth_prepass", "depth_reduce", "tile_", "bin_", "gbuffer"],
         KnobName::Msaa => &["tile_", "bin_"],
+        KnobName::ShadowSize | KnobName::ShadowFilter => BEFORE,
         KnobName::TransparentBounds => &["depth_prepass", "tile_bin", "bin_"],
         KnobName::TransparentSort => &["depth_prepass", "forward"],
     };
@@ -105,6 +119,12 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
             ("cluster-normals", "whether clusters tell normals apart, of clustered-deferred", normals(base))
         }
         KnobName::Msaa => ("msaa", "samples a pixel, of tiled-forward", counts(base)),
+        KnobName::ShadowSize => {
+            ("shadow-size", "columns of the shadow maps of 4 lights, of tiled-forward", shadow_sizes(base))
+        }
+        KnobName::ShadowFilter => {
+            ("shadow-filter", "texels that edges of shadows are spread over, of tiled-forward", shadow_filters(base))
+        }
         KnobName::TransparentBounds => (
             "transparent-bounds",
             "what light lists of blended surfaces know of depths, of tiled-forward",
@@ -177,6 +197,21 @@ fn normals(base: &Request) -> Vec<Setting> {
 fn counts(base: &Request) -> Vec<Setting> {
     let of = |msaa: u32| (msaa.to_string(), Request { msaa, strict: true, ..base.clone() });
     COUNTS.map(of).to_vec()
+}
+
+/// Maps are drawn in every frame, so that their time is seen.
+fn shadowed(base: &Request) -> Request {
+    Request { shadows: Some(SHADOWED), shadow_update: ShadowUpdate::Frame, ..base.clone() }
+}
+
+fn shadow_sizes(base: &Request) -> Vec<Setting> {
+    let of = |shadow_size: u32| (shadow_size.to_string(), Request { shadow_size, ..shadowed(base) });
+    SHADOW_SIZES.map(of).to_vec()
+}
+
+fn shadow_filters(base: &Request) -> Vec<Setting> {
+    let of = |shadow_filter: u32| (shadow_filter.to_string(), Request { shadow_filter, ..shadowed(base) });
+    SHADOW_FILTERS.map(of).to_vec()
 }
 
 fn transparent_bounds(base: &Request) -> Vec<Setting> {
@@ -262,10 +297,11 @@ mod tests {
                 let blended = plan.transparency.as_ref().map(|planned| (planned.bounds, planned.sort));
                 let parts =
                     [format!("{:?}", plan.tiles), format!("{:?}", plan.lighting), format!("{:?}", plan.deferred)];
-                (parts, plan.samples, blended)
+                let maps = plan.shadows.as_ref().map(|shadows| (shadows.size, shadows.filter));
+                (parts, plan.samples, blended, maps)
             };
-            let technique = knob.settings[0].1.technique;
-            let default = frame(&Request { technique, ..request() });
+            let Request { technique, shadows, shadow_update, .. } = knob.settings[0].1;
+            let default = frame(&Request { technique, shadows, shadow_update, ..request() });
             assert!(knob.settings.iter().any(|(_, request)| frame(request) == default), "{}", knob.name);
         }
     }

@@ -113,6 +113,10 @@ fn paragraph(knob: &Knob, cells: &[Cell]) -> String {
              itself, so it differs from forward with the ranges of the command line."
         }
         Against::Samples => "The reference has eight rays a pixel; errors are over every pixel, edges included.",
+        Against::Shadows => {
+            "The reference's rays look for what stands in the way of the four lights that matter most; maps are drawn in every \
+             frame. Forward, which the others are compared with, has no shadows."
+        }
         Against::Own => "The reference has the same lights, with the same ranges.",
     };
     format!("{reference}{passes} *: no other setting is at most as far off and quicker, or smaller.")

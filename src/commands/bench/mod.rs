@@ -2,6 +2,7 @@
 
 mod ceiling;
 mod cell;
+mod effects;
 mod keys;
 mod lights;
 mod materials;
@@ -42,9 +43,9 @@ struct Experiment {
     run: fn(&Runner) -> Result<Outcome>,
 }
 
-const EXPERIMENTS: [Experiment; 11] = [
+const EXPERIMENTS: [Experiment; 12] = [
     Experiment { name: BenchName::Ceiling, share: 0.02, run: ceiling::run },
-    Experiment { name: BenchName::Lights, share: 0.26, run: lights::run },
+    Experiment { name: BenchName::Lights, share: 0.22, run: lights::run },
     Experiment { name: BenchName::Prepass, share: 0.05, run: prepass::run },
     Experiment { name: BenchName::Tiles, share: 0.10, run: tiles::run },
     Experiment { name: BenchName::Resolution, share: 0.11, run: resolution::run },
@@ -54,6 +55,7 @@ const EXPERIMENTS: [Experiment; 11] = [
     Experiment { name: BenchName::Transparency, share: 0.05, run: transparency::run },
     Experiment { name: BenchName::Materials, share: 0.05, run: materials::run },
     Experiment { name: BenchName::Msaa, share: 0.04, run: msaa::run },
+    Experiment { name: BenchName::Effects, share: 0.04, run: effects::run },
 ];
 
 /// Runs the experiment, or all of them.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::ceiling;
+use super::{ceiling, effects};
 use crate::cli::Bench;
 use crate::commands::{measured, report, setup};
 use crate::error::{Error, Result};
@@ -152,7 +152,13 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
     let [volume_pixel, volume_pair] = two_prices(beyond(&smaller), beyond(&volumes[1]));
     let cluster_all = clustered[0].ms(&["cluster_", "block_", "entry_", "group_"]);
     let cluster_pixels = clustered[0].ms(&["cluster_keys", "cluster_index"]);
-    let [texel_fetch, uniform_fetch, storage_fetch] = ceiling::fetch_costs(renderer, &bencher.request, bencher.frames)?;
+    setup::scatter_lights(&mut scene, Some(64), args.light_seed)?;
+    let rules = LightRules { range: setup::range(4.0), ..LightRules::default() };
+    // Forward has no depths to reduce.
+    let alone = Request { group_a_tile: None, ..bencher.request.clone() };
+    let tiled_request = Request { technique: Technique::TiledForward, rules, ..alone.clone() };
+    let forced = effects::forced_costs(renderer, &scene, &tiled_request, bencher.frames)?;
+    let [texel_fetch, uniform_fetch, storage_fetch] = ceiling::fetch_costs(renderer, &alone, bencher.frames)?;
     Ok(Profile {
         source: "measured on this device".into(),
         texel_fetch,
@@ -172,6 +178,7 @@ fn measure(renderer: &Renderer, args: &Bench) -> Result<Profile> {
         volume_pair,
         lists_ms: tiled[0].ms(&["tile_bin", "bin_", "tile_scan"]),
         clusters_ms: (cluster_all - cluster_pixels).max(0.0),
+        forced,
     })
 }
 
@@ -228,6 +235,14 @@ fn table(new: &Profile, old: &Profile) -> Table {
             row("and one that its light reaches", "ns", new.volume_pair, old.volume_pair),
             row("lists by themselves", "ms", new.lists_ms, old.lists_ms),
             row("clusters by themselves", "ms", new.clusters_ms, old.clusters_ms),
+            row("pre-pass, forced", "ns a pixel", new.forced.prepass, old.forced.prepass),
+            row("transparency, forced", "ns a pixel", new.forced.transparency, old.forced.transparency),
+            row("alpha masks, forced", "ns a pixel", new.forced.alpha_mask, old.forced.alpha_mask),
+            row("normal maps, forced", "ns a pixel", new.forced.normal_maps, old.forced.normal_maps),
+            row("parallax, forced", "ns a pixel", new.forced.parallax, old.forced.parallax),
+            row("material models, forced", "ns a pixel", new.forced.material_models, old.forced.material_models),
+            row("four samples, forced", "ns a pixel", new.forced.msaa, old.forced.msaa),
+            row("a light's shadow, forced", "ns a pixel", new.forced.shadows, old.forced.shadows),
         ],
     }
 }

@@ -227,8 +227,17 @@ impl Session<'_> {
     /// # Errors
     /// A lost device, or a command line that cannot be carried out.
     pub(super) fn group(&mut self, scene: &Scene, cases: &[Case], work: Option<f64>) -> Result<Vec<Cell>> {
+        let cases: Vec<_> = cases.iter().map(|case| (scene, case)).collect();
+        self.group_of_scenes(&cases, work)
+    }
+
+    /// The same of cases with scenes of their own.
+    ///
+    /// # Errors
+    /// As [`Session::group`].
+    pub(super) fn group_of_scenes(&mut self, cases: &[(&Scene, &Case)], work: Option<f64>) -> Result<Vec<Cell>> {
         let mut slots = Vec::new();
-        for case in cases {
+        for &(scene, case) in cases {
             for device in 0..self.runner.renderers.len() {
                 slots.push(self.start(scene, case, device, work)?);
                 self.bar.inc(1);

@@ -73,10 +73,10 @@ impl Boxes {
             place.clamp(min, max).distance(place) > light.range
         };
         let local = light.kind != LightKind::Directional;
-        let stands = |corners: &[DVec3; 8]| !is_outside(&map.view_to_map, corners) && !(local && out_of_range(corners));
+        let clear = |corners: &[DVec3; 8]| is_outside(&map.view_to_map, corners) || (local && out_of_range(corners));
         let mut draws: Vec<CasterDraw> = Vec::new();
         for (draw, (boxes, first)) in self.corners.iter().zip(&self.first_instances).enumerate() {
-            for (index, _) in boxes.iter().enumerate().filter(|(_, corners)| stands(corners)) {
+            for (index, _) in boxes.iter().enumerate().filter(|(_, corners)| !clear(corners)) {
                 let at = first + index as u32;
                 match draws.last_mut() {
                     Some(run) if run.draw == draw && run.instance_offset + run.instance_count == at => {
