@@ -11,7 +11,7 @@ use lampyris::gpu::memory::aspect_of;
 use lampyris::graph::hazard::{self, Barrier};
 use lampyris::graph::{Access, Resource, checker, describe, log};
 use lampyris::passes::{self, DEPTH_FORMAT, Frame};
-use lampyris::plan::{Limits, Plan, Request, Technique};
+use lampyris::plan::{Limits, Plan, Request, STATEMENTS, Technique};
 use lampyris::scene::builtin;
 use serde_json::Value;
 
@@ -127,12 +127,26 @@ fn the_access_table_is_the_code() {
 #[test]
 fn quoted_listings_are_real() {
     let text = document("docs/SYNC.md");
-    let listing = document("tests/barriers/forward.txt");
+    let listing = ["forward", "forward_shadows"].map(|name| document(&format!("tests/barriers/{name}.txt"))).concat();
     let quoted: Vec<_> = lines(&text).into_iter().filter(|l| l.0 == Some("text")).map(|l| l.1).collect();
     assert!(quoted.len() > 10, "only {} lines are quoted", quoted.len());
     for line in quoted {
-        assert!(listing.lines().any(|l| l == line), "tests/barriers/forward.txt lacks: {line}");
+        assert!(listing.lines().any(|l| l == line), "the listings lack: {line}");
     }
+}
+
+#[test]
+fn the_table_of_effects_is_what_effects_state() {
+    let text = document("README.md");
+    let rows: Vec<String> = STATEMENTS
+        .iter()
+        .map(|s| format!("| `{}` | {} | {} | {} |", s.name, s.called_by, s.costs, s.off).replace("2|4|8", "2\\|4\\|8"))
+        .collect();
+    assert_eq!(table(&text, "### Effects"), rows);
+    let scene = builtin::load("cornell").expect("a built-in scene");
+    let plan = Plan::new(&scene, &Request::default(), &Limits::MINIMUM).expect("a plan");
+    let planned: Vec<&str> = plan.effects.iter().map(|effect| effect.name).collect();
+    assert_eq!(planned, STATEMENTS.map(|s| s.name));
 }
 
 /// The barrier of the depth image between `depth_prepass` and `forward`; docs/SYNC.md shows this function as it stands here.

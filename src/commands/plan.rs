@@ -109,7 +109,7 @@ pub fn summary(scene: &Scene, plan: &Plan) -> String {
     for (title, runs) in [("runs", true), ("skipped", false)] {
         for effect in plan.effects.iter().filter(|e| e.runs == runs) {
             let bytes = (effect.bytes > 0).then(|| report::bytes(effect.bytes));
-            let ms = effect.ms.map(|ms| format!("about {ms:.2} ms"));
+            let ms = effect.ms.filter(|ms| *ms >= 0.005).map(|ms| format!("about {ms:.2} ms"));
             let cost: Vec<String> = bytes.into_iter().chain(ms).collect();
             let cost = match (cost.is_empty(), runs) {
                 (true, _) => String::new(),

@@ -1,5 +1,7 @@
 //! Every effect with the decision whether it runs, the number that decided, and what it costs.
 
+mod statements;
+
 use serde::Serialize;
 
 use super::cost::Load;
@@ -10,6 +12,8 @@ use super::{DepthBounds, Gbuffer, Plan, Request, Technique};
 use super::{gbuffer, samples, shadows, transparency};
 use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
+
+pub use statements::{STATEMENTS, Statement};
 
 /// One effect and its decision.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +27,6 @@ pub struct Effect {
     /// Device memory it takes, or would have taken.
     pub bytes: u64,
     /// Milliseconds of a frame that it takes, or would have taken, as [`estimate`] has it; `None` where no figure of a device says.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ms: Option<f64>,
 }
 

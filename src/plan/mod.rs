@@ -34,7 +34,7 @@ use std::collections::BTreeSet;
 
 pub use clusters::Clusters;
 pub use debug_view::DebugView;
-pub use effects::{Effect, estimate};
+pub use effects::{Effect, STATEMENTS, Statement, estimate};
 pub use gbuffer::{Deferred, Gbuffer, LightPass};
 pub use geometry::Geometry;
 pub use light_parts::LightParts;

@@ -67,7 +67,7 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Maps for the lights that `selection` chose; `None` where there are none.
+    /// Maps for the lights that `selection` chose; `None` where there are none, or nothing stands in the way of their light.
     ///
     /// # Errors
     /// More maps than the largest image holds in the smallest size.
@@ -78,7 +78,7 @@ impl Shadows {
         (request, limits): (&Request, &Limits),
         notes: &mut Vec<String>,
     ) -> Result<Option<Self>> {
-        if selection.chosen == 0 {
+        if selection.chosen == 0 || geometry.draws.is_empty() {
             return Ok(None);
         }
         let world = maps::World::new(scene, view);
@@ -96,8 +96,12 @@ impl Shadows {
             first_local: lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count() as u32,
             why: selection.why.clone(),
         };
-        // How many there are does not hang on their size: seen once, they are placed, and made once more if they had to shrink.
-        planned.add_maps(lighting, &world, margin);
+        let boxes = casters::Boxes::new(scene, geometry);
+        // Which of them there are does not hang on their size, but for a texel: they are made once more if they have to shrink.
+        planned.add_maps(lighting, &world, margin, &boxes);
+        if planned.drawn() == 0 {
+            return Ok(None);
+        }
         let size = fitting(planned.drawn(), request.shadow_size, limits)?;
         if size != planned.size {
             if request.strict {
@@ -113,22 +117,14 @@ impl Shadows {
                 planned.drawn()
             ));
             planned.size = size;
-            planned.add_maps(lighting, &world, margin);
+            planned.add_maps(lighting, &world, margin, &boxes);
         }
         planned.place(limits);
-        let boxes = casters::Boxes::new(scene, geometry);
-        for light in &planned.lights {
-            let resolved = &lighting.lights[light.light];
-            for map in &mut planned.maps[light.first_map..light.first_map + light.map_count] {
-                if map.area[2] > 0 {
-                    map.draws = boxes.seen_by(map, &view.world_to_view, resolved);
-                }
-            }
-        }
         Ok(Some(planned))
     }
 
-    fn add_maps(&mut self, lighting: &Lighting, world: &maps::World, margin: f64) {
+    /// Maps of all lights that have shadows. Where nothing stands in the way of what is seen there is none.
+    fn add_maps(&mut self, lighting: &Lighting, world: &maps::World, margin: f64, boxes: &casters::Boxes) {
         (self.lights, self.maps, self.kinds, self.directional) = (Vec::new(), Vec::new(), 0, 0);
         let shadowed = |directional: bool| {
             let of_kind = move |kind| (kind == LightKind::Directional) == directional;
@@ -136,7 +132,13 @@ impl Shadows {
         };
         for (index, light) in shadowed(true).chain(shadowed(false)) {
             let first_map = self.maps.len();
-            let (made, cube_rows) = maps::of_light(light, world, self.size, margin);
+            let (mut made, cube_rows) = maps::of_light(light, world, self.size, margin);
+            for map in made.iter_mut().filter(|map| map.area[2] > 0) {
+                map.draws = boxes.seen_by(map, &world.world_to_view, light);
+                if map.draws.is_empty() {
+                    map.area = [0; 4];
+                }
+            }
             self.maps.extend(made);
             self.kinds |= super::lights::kind_of(light);
             self.directional += u32::from(light.kind == LightKind::Directional);
@@ -240,6 +242,9 @@ fn fitting(maps: usize, asked: u32, limits: &Limits) -> Result<u32> {
 pub(super) fn effect(plan: &Plan, selection: &Selection) -> Effect {
     let (runs, why, bytes) = match &plan.shadows {
         _ if plan.shows_surfaces() => (false, "this view shows surfaces without light".into(), 0),
+        None if selection.chosen > 0 => {
+            (false, format!("{}: nothing stands in the way of their light", selection.why), 0)
+        }
         None => (false, selection.why.clone(), 0),
         Some(shadows) => {
             let when = match shadows.update {
@@ -248,10 +253,9 @@ pub(super) fn effect(plan: &Plan, selection: &Selection) -> Effect {
             };
             let seen = shadows.drawn();
             let why = format!(
-                "{}: {seen} of {} maps hold something that is seen, {} of these something in the light's way; {} x {} texels, edges over {}; {when}",
+                "{}: {seen} of {} maps hold something that is seen or stands in its light; {} x {} texels, edges over {}; {when}",
                 shadows.why,
                 shadows.maps.len(),
-                shadows.maps.iter().filter(|map| !map.draws.is_empty()).count(),
                 shadows.size,
                 shadows.size,
                 shadows.filter
@@ -261,3 +265,6 @@ pub(super) fn effect(plan: &Plan, selection: &Selection) -> Effect {
     };
     Effect::new("shadows", runs, why, bytes)
 }
+
+#[cfg(test)]
+mod tests;

@@ -71,7 +71,7 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     let figure = sweep.plot(runner, &about.title, log_axis("samples a pixel"), (Shown::Milliseconds, Scale::Linear));
     let mut outcome = Outcome::of_sweep(runner, &sweep, about, vec![figure]);
     outcome.section.tables.push(of_cells(runner, &sweep, "depth reduction (ms), medians", |cell| {
-        cell.stages().map_or("-".into(), |stages| super::cell::digits(stages[1]))
+        cell.stages().filter(|stages| stages[1] > 0.0).map_or("-".into(), |stages| super::cell::digits(stages[1]))
     }));
     outcome.section.tables.push(of_cells(runner, &sweep, "device memory (MiB)", |cell| match cell.device_bytes {
         0 => "-".into(),

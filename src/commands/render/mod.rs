@@ -19,7 +19,7 @@ use crate::measure::exposure::{self, Tonemap};
 use crate::measure::memory::ProcessMemory;
 use crate::measure::picture::Picture;
 use crate::measure::{file, views};
-use crate::plan::{DebugView, Plan, Technique};
+use crate::plan::{DebugView, Plan, Technique, estimate};
 use crate::renderer::Renderer;
 use outcome::{Outcome, draw, trace};
 
@@ -60,7 +60,8 @@ fn run_typed(args: Render, typed: Vec<String>, started: Instant) -> Result<ExitC
     };
     let limits = setup::limits(&args.shared, renderer.as_ref());
     process.stage("driver");
-    let planned = Plan::new(&scene, &request, &limits)?;
+    let mut planned = Plan::new(&scene, &request, &limits)?;
+    estimate(&mut planned, &scene, request.tile, &limits.profile.unwrap_or_default());
     let outcome = match &renderer {
         Some(renderer) => draw(renderer, &scene, &planned, &args, (started, process))?,
         None => trace(&scene, &planned, (started, process))?,

@@ -193,6 +193,13 @@ pub struct Function {
     pub blocks: Vec<Block>,
 }
 
+impl Function {
+    /// Its id; `None` of one that is damaged.
+    pub fn id(&self) -> Option<u32> {
+        self.head.first().and_then(|function| function.operands.get(1).copied())
+    }
+}
+
 /// A module.
 #[derive(Debug)]
 pub struct Module {

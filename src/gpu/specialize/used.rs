@@ -24,36 +24,41 @@ pub fn used_bindings(words: &[u32]) -> Option<BTreeSet<(u32, u32)>> {
             _ => {}
         }
     }
-    let named = named_words(&module);
+    let (_, named) = reached(&module);
     let reached = places.iter().filter(|(id, _)| named.contains(id));
     Some(reached.filter_map(|(_, place)| place[0].zip(place[1])).collect())
 }
 
-/// Every word of the functions that the entry points call, on whatever way. A literal that happens to equal an id makes that count as named,
-/// which is safe.
-fn named_words(module: &Module) -> HashSet<u32> {
+/// Ids of the functions that the entry points call, on whatever way, and every word of these. A literal that happens to equal an id makes that
+/// count as named, which is safe.
+fn reached(module: &Module) -> (HashSet<u32>, HashSet<u32>) {
     let entry = |i: &Instruction| (i.op == ENTRY_POINT).then(|| i.operands.get(1).copied()).flatten();
-    let mut reached: Vec<u32> = module.globals.iter().filter_map(entry).collect();
-    let id_of = |head: &[Instruction]| head.first().and_then(|function| function.operands.get(1).copied());
+    let mut open: Vec<u32> = module.globals.iter().filter_map(entry).collect();
     let places: HashMap<u32, usize> =
-        module.functions.iter().enumerate().filter_map(|(at, f)| Some((id_of(&f.head)?, at))).collect();
+        module.functions.iter().enumerate().filter_map(|(at, function)| Some((function.id()?, at))).collect();
     let (mut seen, mut named) = (HashSet::new(), HashSet::new());
-    while let Some(id) = reached.pop() {
+    while let Some(id) = open.pop() {
         let Some(&place) = places.get(&id).filter(|_| seen.insert(id)) else { continue };
         for instruction in module.functions[place].blocks.iter().flat_map(|block| &block.body) {
             if instruction.op == op::FUNCTION_CALL {
-                reached.extend(instruction.operands.get(2));
+                open.extend(instruction.operands.get(2));
             }
             named.extend(&instruction.operands);
         }
     }
-    named
+    (seen, named)
+}
+
+/// Leaves out the functions that nobody calls.
+pub fn drop_uncalled(module: &mut Module) {
+    let (called, _) = reached(module);
+    module.functions.retain(|function| function.id().is_some_and(|id| called.contains(&id)));
 }
 
 /// Takes sample masks that nothing writes any more out of the interface: SwiftShader takes one that is declared for the coverage, whatever is
 /// in it.
 pub fn drop_sample_masks(module: &mut Module) {
-    let named = named_words(module);
+    let (_, named) = reached(module);
     let is_mask = |i: &Instruction| match i.operands[..] {
         [id, BUILT_IN, SAMPLE_MASK, ..] if i.op == op::DECORATE && !named.contains(&id) => Some(id),
         _ => None,

@@ -60,7 +60,7 @@ pub(super) fn margin(filter: u32) -> f64 {
 pub(super) struct World {
     /// Box of the scene, world space.
     bounds: Bounds,
-    world_to_view: DMat4,
+    pub world_to_view: DMat4,
     view_to_world: DMat4,
     lens: Lens,
     near: f64,

@@ -119,6 +119,12 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// Members of an object that are none of `known`.
+    pub(super) fn unknown_members(self, known: &[&str]) -> u64 {
+        let members = self.node.as_object().into_iter().flatten();
+        members.filter(|(key, _)| !known.contains(&key.as_str())).count() as u64
+    }
+
     /// Elements of an array.
     pub(super) fn elements(self) -> Result<impl ExactSizeIterator<Item = Self> + use<'a>> {
         let list = self.node.as_array().ok_or_else(|| self.error("is not an array"))?;

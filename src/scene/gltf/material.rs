@@ -70,6 +70,8 @@ impl<'a> Loader<'a> {
     /// programs may be anything.
     fn read_extras(&mut self, material: Value<'a>, read: &mut Material) -> Result<()> {
         let Some(own) = material.own_extras()? else { return Ok(()) };
+        let known = ["model", "color", "exponent", "heightTexture"];
+        self.notes.add_many(Note::UnknownExtras, own.unknown_members(&known));
         if let Some(name) = own.get("model")? {
             let text = name.text()?;
             let model = Model::ALL.into_iter().find(|model| model.name() == text);

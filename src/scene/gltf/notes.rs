@@ -26,6 +26,7 @@ pub(super) enum Note {
     FlatNode,
     FlatCamera,
     MirroredCamera,
+    UnknownExtras,
 }
 
 /// Counts of notes.
@@ -61,7 +62,7 @@ impl Notes {
 }
 
 /// Singular, plural, and what became of them; in the order of [`Note`].
-const WORDS: [(Note, [&str; 3]); 21] = [
+const WORDS: [(Note, [&str; 3]); 22] = [
     (Note::Animations, ["animation", "animations", "not played, the scene is drawn at rest"]),
     (Note::Skins, ["skinned node", "skinned nodes", "drawn in the pose of the file's vertices"]),
     (Note::MorphTargets, ["primitive with morph targets", "primitives with morph targets", "drawn without them"]),
@@ -108,9 +109,9 @@ const WORDS: [(Note, [&str; 3]); 21] = [
     (
         Note::NormalMapWithoutUvs,
         [
-            "normal-mapped primitive without texture coordinates",
-            "normal-mapped primitives without texture coordinates",
-            "normal map ignored",
+            "primitive without the texture coordinates of its normal or height map",
+            "primitives without the texture coordinates of their normal or height maps",
+            "drawn without either map",
         ],
     ),
     (
@@ -155,6 +156,10 @@ const WORDS: [(Note, [&str; 3]); 21] = [
         ],
     ),
     (Note::MirroredCamera, ["camera in a mirrored node", "cameras in mirrored nodes", "the mirroring is taken out"]),
+    (
+        Note::UnknownExtras,
+        ["member of extras.lampyris that is not known", "members of extras.lampyris that are not known", "ignored"],
+    ),
 ];
 
 impl Note {

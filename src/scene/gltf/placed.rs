@@ -21,7 +21,10 @@ impl<'a> Loader<'a> {
         let (index, light) = self.document.lights.referred(extension.require("light")?)?;
         let node_name = node.name_or(|| format!("lights[{index}]"))?;
         let name = light.name_or(|| node_name)?;
+        let known = ["shadow"];
+        let unknown = light.own_extras()?.map_or(0, |own| own.unknown_members(&known));
         let light = read_light(light, name.clone(), world).map_err(|e| e.within(format_args!("light \"{name}\"")))?;
+        self.notes.add_many(Note::UnknownExtras, unknown);
         self.scene.lights.push(light);
         Ok(())
     }
