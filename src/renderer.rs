@@ -1,10 +1,11 @@
 //! The way through the library on a device: open it, prepare a planned scene, draw frames, read times and pictures back.
 
+mod upload;
+
 use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
-use bytemuck::{bytes_of, cast_slice};
 use exr::prelude::f16;
 
 use crate::error::{Error, Result};
@@ -17,18 +18,14 @@ use crate::graph::hazard::{self, Barrier};
 use crate::graph::log::Event;
 use crate::graph::program::Program;
 use crate::graph::{Graph, Work};
-use crate::math::icosphere;
 use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
-use crate::passes::{self, Frame, SceneHandles};
-use crate::plan::gbuffer::depth_terms;
+use crate::passes::{self, Frame};
 use crate::plan::profile::Profile;
-use crate::plan::{Deferred, Limits, Plan};
+use crate::plan::{Limits, Plan};
 use crate::profile_file;
 use crate::record::Recorder;
-use crate::record::upload::Uploader;
-use crate::scene::{LightKind, Scene, mips};
-use crate::shared;
+use crate::scene::Scene;
 use crate::submit::Queue;
 
 /// Frames of one call that are logged: the first has nothing before it, the third finds what every later one finds.
@@ -112,7 +109,7 @@ impl Renderer {
         let realized = Realized::create(&self.device, &frame.graph, &self.cache)?;
         let mut queue = Queue::create(&self.device, frame.graph.nodes.len() as u32 + 1)?;
         let start = Instant::now();
-        upload(&self.device, &mut queue, &realized, &frame, scene, plan)?;
+        upload::scene(&self.device, &mut queue, &realized, &frame, scene, plan)?;
         let upload_ms = start.elapsed().as_secs_f64() * 1e3;
         Ok(Prepared {
             pipelines_ms: realized.pipeline_ms,
@@ -162,104 +159,6 @@ fn programs(work: &Work) -> Vec<(&'static Program, usize)> {
     }
 }
 
-fn frame_constants(plan: &Plan) -> shared::Frame {
-    let first_pixel = plan.view.image_point(0.0, 0.0);
-    let pixel = plan.view.image_point(1.0, 1.0) - first_pixel;
-    let [depth_offset, depth_scale] = depth_terms(&plan.view);
-    let directional = plan.lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count();
-    shared::Frame {
-        view_to_clip: plan.view.view_to_clip().as_mat4().to_cols_array_2d(),
-        ambient: plan.lighting.ambient.to_array(),
-        light_count: plan.lights.count,
-        attenuation: [
-            plan.lighting.attenuation.constant as f32,
-            plan.lighting.attenuation.linear as f32,
-            plan.lighting.attenuation.quadratic as f32,
-        ],
-        perspective: if plan.view.lens.is_perspective() { 1.0 } else { 0.0 },
-        light_seek_limit: plan.lights.seek_limit,
-        light_remainder_step: plan.lights.remainder_step,
-        image_scale: pixel.as_vec2().to_array(),
-        image_offset: first_pixel.as_vec2().to_array(),
-        depth_offset,
-        depth_scale,
-        directional_count: directional as u32,
-    }
-}
-
-/// What light volumes and markers are drawn from, and what stands in for codes of normals.
-fn upload_shapes(
-    uploader: &mut Uploader,
-    queue: &mut Queue,
-    realized: &Realized,
-    handles: &SceneHandles,
-    plan: &Plan,
-) -> Result<()> {
-    if let Some(corners) = handles.corners {
-        uploader.buffer(queue, realized.buffer(corners), cast_slice(&icosphere::corners()))?;
-    }
-    if let (Some(handle), Some(volumes)) = (handles.light_volumes, plan.deferred.as_ref().and_then(Deferred::volumes)) {
-        uploader.buffer(queue, realized.buffer(handle), cast_slice(&volumes.volumes))?;
-    }
-    if let Some(markers) = handles.light_markers {
-        uploader.buffer(queue, realized.buffer(markers), cast_slice(&plan.markers))?;
-    }
-    if let Some(no_normals) = handles.no_normals {
-        uploader.image(queue, realized.image(no_normals), &[(1, 1, &[0; 4])])?;
-    }
-    Ok(())
-}
-
-fn upload(
-    device: &Arc<Device>,
-    queue: &mut Queue,
-    realized: &Realized,
-    frame: &Frame,
-    scene: &Scene,
-    plan: &Plan,
-) -> Result<()> {
-    let mut uploader = Uploader::new(device);
-    let handles = &frame.scene;
-    uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&frame_constants(plan)))?;
-    uploader.buffer(queue, realized.buffer(handles.instances), cast_slice(&plan.geometry.instances))?;
-    uploader.buffer(queue, realized.buffer(handles.materials), cast_slice(&plan.materials.data))?;
-    uploader.buffer(queue, realized.buffer(handles.lights), cast_slice(&plan.lights.texels))?;
-    uploader.buffer(queue, realized.buffer(handles.vertices), &plan.geometry.vertex_data(scene))?;
-    uploader.buffer(queue, realized.buffer(handles.indices), cast_slice(&plan.geometry.index_data(scene)))?;
-    if let (Some(tiles), Some(tile_handles)) = (&plan.tiles, &handles.tiles) {
-        uploader.buffer(queue, realized.buffer(tile_handles.grid), bytes_of(&tiles.grid))?;
-        uploader.buffer(queue, realized.buffer(tile_handles.lights), cast_slice(&tiles.cull_data()))?;
-        uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
-        uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
-    }
-    if let Some(given) = &handles.given {
-        let [width, height] = given.size;
-        uploader.image(queue, realized.image(given.image), &[(width, height, given.bytes.as_slice())])?;
-    }
-    if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
-        uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
-        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
-    }
-    if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
-        uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
-    }
-    upload_shapes(&mut uploader, queue, realized, handles, plan)?;
-    for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {
-        let image = &scene.images[key.image];
-        if mipmapped {
-            let chain = mips::chain(image, key.srgb);
-            let levels: Vec<_> = chain.levels.iter().map(|l| (l.width, l.height, l.rgba8.as_slice())).collect();
-            uploader.image(queue, realized.image(handle), &levels)?;
-        } else {
-            uploader.image(queue, realized.image(handle), &[(image.width, image.height, image.rgba8.as_slice())])?;
-        }
-    }
-    if let Some(&white) = handles.textures.last() {
-        uploader.image(queue, realized.image(white), &[(1, 1, &[255; 4])])?;
-    }
-    Ok(())
-}
-
 /// A scene on the device, ready to be drawn any number of times.
 pub struct Prepared {
     queue: Queue,
@@ -278,7 +177,7 @@ pub struct Prepared {
     pub pipelines_ms: f64,
     /// Milliseconds of uploads.
     pub upload_ms: f64,
-    /// Milliseconds of what is drawn once, before the first frame.
+    /// Milliseconds of what is drawn once, before the first frame: of the device, without timestamps of the host.
     pub once_ms: f64,
 }
 
@@ -305,16 +204,19 @@ impl Prepared {
         let Self { queue, realized, frame, barriers, device, log, progress, violations, drawn, once_ms, .. } = self;
         violations.extend(checker::check_from(&frame.graph, log, progress));
         log.clear();
-        if !*drawn && count > 0 && frame.graph.once_nodes > 0 {
+        let once = frame.graph.once_nodes;
+        if !*drawn && count > 0 && once > 0 {
             let start = Instant::now();
-            let value = queue.submit(|commands, _| {
-                let mut recorder = Recorder { device, commands, timer: None, log: Some(std::mem::take(log)) };
-                recorder.nodes(&frame.graph, barriers, realized, 0..frame.graph.once_nodes);
+            let value = queue.submit(|commands, timer| {
+                let mut recorder = Recorder { device, commands, timer, log: Some(std::mem::take(log)) };
+                recorder.nodes(&frame.graph, barriers, realized, 0..once);
                 *log = recorder.log.unwrap_or_default();
-                0
+                once as u32 + 1
             })?;
             queue.wait(value)?;
-            *once_ms = start.elapsed().as_secs_f64() * 1e3;
+            let wall = start.elapsed().as_secs_f64() * 1e3;
+            let timed = queue.timings(value)?.node_ms;
+            *once_ms = if timed.is_empty() { wall } else { timed.iter().sum() };
         }
         let nodes = frame.graph.frame_range();
         let mut recorded = 0;

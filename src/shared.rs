@@ -321,8 +321,8 @@ pub struct LightMarker {
 /// RGBA32F texels at the head of what shading is told of shadows: directional lights that have one, first light that is not directional, other
 /// lights that have one. In each of both runs of the light table those with shadows come first.
 pub const SHADOW_HEAD_TEXELS: u32 = 1;
-/// Texels a light with a shadow, behind the head: first texel of its maps, their number, metres that a position may be off its surface, everywhere and at a distance of 1 m; then, of six maps
-/// that face the sides of a cube, rows from view space to the cube's own axes.
+/// Texels a light with a shadow, behind the head: first texel of its maps, their number, metres that a position may be off its surface
+/// everywhere and at a distance of 1 m; then, of six maps that face the sides of a cube, rows from view space to the cube's own axes.
 pub const SHADOW_LIGHT_TEXELS: u32 = 4;
 /// Texels a map, behind all lights: rows from view space to column, row and depth in the image of all maps, times w, and to w; first column and
 /// row of the map, its columns, metres that a texel spans where w is 1. Without columns nothing stands in the way of the light.

@@ -11,7 +11,7 @@ use lampyris::gpu::memory::aspect_of;
 use lampyris::graph::hazard::{self, Barrier};
 use lampyris::graph::{Access, Resource, checker, describe, log};
 use lampyris::passes::{self, DEPTH_FORMAT, Frame};
-use lampyris::plan::{Limits, Plan, Request, STATEMENTS, Technique};
+use lampyris::plan::{Limits, Plan, Request, Technique};
 use lampyris::scene::builtin;
 use serde_json::Value;
 
@@ -45,7 +45,7 @@ fn spans(text: &str) -> Vec<&str> {
 }
 
 /// Rows of the table under `heading` whose first cell begins with a span in backticks.
-fn table<'a>(text: &'a str, heading: &str) -> Vec<&'a str> {
+pub fn table<'a>(text: &'a str, heading: &str) -> Vec<&'a str> {
     let after = text.lines().skip_while(|l| *l != heading).skip(1);
     after.take_while(|l| !l.starts_with('#')).filter(|l| l.starts_with("| `")).collect()
 }
@@ -133,20 +133,6 @@ fn quoted_listings_are_real() {
     for line in quoted {
         assert!(listing.lines().any(|l| l == line), "the listings lack: {line}");
     }
-}
-
-#[test]
-fn the_table_of_effects_is_what_effects_state() {
-    let text = document("README.md");
-    let rows: Vec<String> = STATEMENTS
-        .iter()
-        .map(|s| format!("| `{}` | {} | {} | {} |", s.name, s.called_by, s.costs, s.off).replace("2|4|8", "2\\|4\\|8"))
-        .collect();
-    assert_eq!(table(&text, "### Effects"), rows);
-    let scene = builtin::load("cornell").expect("a built-in scene");
-    let plan = Plan::new(&scene, &Request::default(), &Limits::MINIMUM).expect("a plan");
-    let planned: Vec<&str> = plan.effects.iter().map(|effect| effect.name).collect();
-    assert_eq!(planned, STATEMENTS.map(|s| s.name));
 }
 
 /// The barrier of the depth image between `depth_prepass` and `forward`; docs/SYNC.md shows this function as it stands here.

@@ -1,5 +1,9 @@
 //! Effects that a scene calls for, by the rows that `check` prints.
 
+use lampyris::plan::{Limits, Plan, Request, STATEMENTS};
+use lampyris::scene::builtin;
+
+use crate::documents::{document, table};
 use crate::support::run;
 
 #[test]
@@ -85,4 +89,18 @@ fn shadow_maps_are_drawn_where_and_when_they_are_called_for() {
 #[test]
 fn a_covering_array_of_effects_and_their_overrides() {
     run("subsets");
+}
+
+#[test]
+fn the_table_of_effects_is_what_effects_state() {
+    let text = document("README.md");
+    let rows: Vec<String> = STATEMENTS
+        .iter()
+        .map(|s| format!("| `{}` | {} | {} | {} |", s.name, s.called_by, s.costs, s.off).replace("2|4|8", "2\\|4\\|8"))
+        .collect();
+    assert_eq!(table(&text, "### Effects"), rows);
+    let scene = builtin::load("cornell").expect("a built-in scene");
+    let plan = Plan::new(&scene, &Request::default(), &Limits::MINIMUM).expect("a plan");
+    let planned: Vec<&str> = plan.effects.iter().map(|effect| effect.name).collect();
+    assert_eq!(planned, STATEMENTS.map(|s| s.name));
 }

@@ -40,16 +40,16 @@ const IMAGE_ACCESSES: &[Access] = &[
 /// Attachments that a pass reads and may all the same clear first: blended into, or tested against.
 const CLEARED: &[Access] = &[Access::ColorAttachmentReadWrite, Access::DepthAttachmentWrite];
 
-/// What each node touches, and how many of the nodes read back.
-type Touches = (Vec<Vec<(usize, usize, bool)>>, usize);
+/// What each node touches, and how many of the nodes run once before the frame, and read back.
+type Touches = (Vec<Vec<(usize, usize, bool)>>, usize, usize);
 
 /// Resources 0 to 2 are buffers, 3 and 4 images; a node touches some of them, each once.
 fn graphs(most: usize) -> impl Strategy<Value = Touches> {
     let touch = (0usize..5, 0usize..64, any::<bool>());
-    (prop::collection::vec(prop::collection::vec(touch, 1..4), 1..most), 0usize..4)
+    (prop::collection::vec(prop::collection::vec(touch, 1..4), 1..most), 0usize..3, 0usize..4)
 }
 
-fn build((nodes, tail): &Touches) -> Graph {
+fn build((nodes, once, tail): &Touches) -> Graph {
     let mut graph = Graph::new();
     let buffers: Vec<BufferHandle> =
         (0..3).map(|i| graph.buffer(&format!("buffer {i}"), 64, Lifetime::Transient)).collect();
@@ -57,7 +57,17 @@ fn build((nodes, tail): &Touches) -> Graph {
     let images: Vec<ImageHandle> =
         (0..2).map(|i| graph.image(&format!("image {i}"), format, [4, 4], Lifetime::Transient)).collect();
     let mut written = [false; 5];
+    let mut once_written = [false; 5];
+    let frame_end = nodes.len().saturating_sub(*tail).max(1);
+    let once = (*once).min(frame_end - 1);
     for (index, touches) in nodes.iter().enumerate() {
+        if index == once {
+            once_written = written;
+            graph.end_once();
+        }
+        if index == frame_end {
+            graph.end_frame();
+        }
         let mut accesses: Vec<Declared> = Vec::new();
         for &(resource, kind, fresh) in touches {
             let (handle, access) = match resource {
@@ -72,12 +82,21 @@ fn build((nodes, tail): &Touches) -> Graph {
             let may_discard = |a: Access| a.writes() && (a.read_flags().is_empty() || CLEARED.contains(&a));
             let access = if first && !may_discard(access) { Access::TransferWrite } else { access };
             let fresh = first || (fresh && may_discard(access));
+            // What was written once is only read in every frame, and always in one layout.
+            let access = match (index >= once && once_written[resource], resource) {
+                (false, _) => access,
+                (true, 0..3) => Access::ComputeStorageRead,
+                (true, _) => Access::FragmentSampled,
+            };
+            let fresh = fresh && !(index >= once && once_written[resource]);
             written[resource] = true;
             accesses.push(Declared { name: format!("touch {resource}"), resource: handle, access, fresh });
         }
         graph.nodes.push(Node { name: format!("node {index}"), accesses, work: Work::Host });
     }
-    graph.frame_nodes = Some(nodes.len().saturating_sub(*tail).max(1));
+    if frame_end == nodes.len() {
+        graph.end_frame();
+    }
     graph
 }
 

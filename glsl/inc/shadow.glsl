@@ -120,7 +120,11 @@ float shadow_visibility(uint light, uint kind, Surface s) {
     vec3 down = texelFetch(shadow_maps, int(at + 1u)).xyz - (area.y + 0.5 * area.z) * ahead;
     float slope = (abs(dot(s.normal, right)) + abs(dot(s.normal, down))) * area.w;
     precise vec3 position = s.position + s.normal * (0.5 * shadow_reach() * area.w * w * slope + maps.z - maps.w * s.position.z);
-    precise float inverse = 1.0 / shadow_row(at + 3u, position);
+    w = shadow_row(at + 3u, position);
+    if (!(w > 0.0)) {
+        return 1.0;
+    }
+    precise float inverse = 1.0 / w;
     precise vec2 place = vec2(shadow_row(at, position), shadow_row(at + 1u, position)) * inverse;
     precise float depth = shadow_row(at + 2u, position) * inverse;
     ivec2 first = ivec2(area.xy);

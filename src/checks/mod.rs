@@ -30,6 +30,8 @@ use crate::renderer::Renderer;
 
 pub use judge::{Judged, judge};
 pub use oracle::{interior, scenes, shading_error, whole_picture_error};
+#[cfg(test)]
+pub(crate) use subsets::scene_of_every_effect;
 
 /// Result of one check.
 #[derive(Debug, Clone, PartialEq)]

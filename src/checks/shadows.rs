@@ -18,7 +18,7 @@ use crate::plan::{CameraChoice, Plan, Request, ShadowUpdate, Technique, Transpar
 use crate::reference::render::Reference;
 use crate::renderer::Renderer;
 use crate::scene::{Light, LightKind, Scene, builtin, scatter};
-use fixtures::{boxed_lamp, grazed_wall, lamp, light_on_wall, mask_and_pane, room_with, spot_over_blocks};
+use fixtures::{boxed_lamp, grazed_wall, lamp, light_on_wall, mask_and_pane, room_with, shaded_lamp, spot_over_blocks};
 
 pub use still::shadows_still;
 
@@ -96,24 +96,25 @@ fn unlit(plan: &Plan) -> crate::scene::lighting::Lighting {
 
 /// Shares of pixels that are lit wrongly, by size and filter.
 pub fn shadow_error(renderer: &Renderer) -> Result<Vec<Row>> {
-    // Measured on lavapipe: 7.1e-3 at most with 256 texels (terrain: a cascade is 100 m wide), 3.6e-3 with 1,024.
+    // Bounds are about twice what was measured on the worse of two drivers (docs/ACCURACY.md).
     let scenes = [
-        ("cornell", builtin::load("cornell")?),
-        ("corridor", builtin::load("corridor")?),
-        ("terrain", builtin::load("terrain")?),
-        ("spot over blocks", spot_over_blocks(0.6)),
-        ("mask and pane", mask_and_pane()),
+        ("cornell", builtin::load("cornell")?, [3e-3, 1.5e-3, 1.5e-3, 2e-3]),
+        ("corridor", builtin::load("corridor")?, [3e-3, 1e-3, 1e-3, 1e-3]),
+        ("terrain", builtin::load("terrain")?, [1.5e-2, 3e-3, 5e-3, 8e-3]),
+        ("spot over blocks", spot_over_blocks(0.6), [5e-3, 1.5e-3, 3e-3, 3e-3]),
+        ("mask and pane", mask_and_pane(), [5e-3, 2e-3, 1e-3, 1e-3]),
+        ("lamp of huge range in a shade", shaded_lamp(), [1e-2, 3e-3, 3e-3, 5e-3]),
     ];
     let mut rows = Vec::new();
-    for (name, scene) in &scenes {
-        for (size, filter, most) in [(256, 2, 1e-2), (1024, 0, 3e-3), (1024, 2, 4e-3), (1024, 4, 6e-3)] {
+    for (name, scene, bounds) in &scenes {
+        for ((size, filter), most) in [(256, 2), (1024, 0), (1024, 2), (1024, 4)].into_iter().zip(bounds) {
             let asked = Request { shadow_size: size, shadow_filter: filter, ..request(Technique::Forward) };
             let seen = Seen::of(renderer, scene, &asked)?;
             let row = format!("wrongly lit pixels, {name}, {size} texels, filter {filter}");
-            rows.push(Row::at_most(row, seen.wrong(), most));
-            let none = usize::from(seen.shaded() == 0) + seen.broken;
+            rows.push(Row::at_most(row, seen.wrong(), *most));
+            let none = usize::from(seen.shaded() < 20) + usize::from(seen.shares.len() < 2000) + seen.broken;
             rows.push(Row::none(
-                format!("{name} has shadows and numbers, {size} texels, filter {filter}"),
+                format!("{name} has shadows, light and numbers, {size} texels, filter {filter}"),
                 none,
                 "faults",
             ));
@@ -166,10 +167,15 @@ pub fn shadow_leaks(renderer: &Renderer) -> Result<Vec<Row>> {
     for (name, scene) in
         [("in a closed box", boxed_lamp(0.0)), ("behind a box", boxed_lamp(1.2)), ("on a wall", light_on_wall())]
     {
+        // A light on a wall shines past blocks that are in nobody's way.
+        let [least, lit] = if name == "on a wall" { [0, 20] } else { [20, 100] };
         let seen = Seen::of(renderer, &scene, &request(Technique::Forward))?;
         rows.push(Row::at_most(format!("wrongly lit pixels, light {name}"), seen.wrong(), 5e-3));
-        rows.push(Row::none(format!("finite, light {name}"), seen.broken, "channels"));
+        let faults = seen.broken + usize::from(seen.shaded() < least || seen.shares.len() < lit);
+        rows.push(Row::none(format!("finite, and something in the shadow, light {name}"), faults, "faults"));
     }
+    let seen = Seen::of(renderer, &boxed_lamp(0.0), &request(Technique::Forward))?;
+    rows.push(Row::none("light out of a closed box", seen.leaks(), "pixels"));
     Ok(rows)
 }
 
@@ -179,7 +185,10 @@ pub fn shadow_cones(renderer: &Renderer) -> Result<Vec<Row>> {
     for outer in [0.0, 1e-4, 0.5f64.to_radians(), 0.3, 59.9f64.to_radians(), 60.1f64.to_radians(), FRAC_PI_2, 2.1, PI] {
         let seen = Seen::of(renderer, &spot_over_blocks(outer), &request(Technique::Forward))?;
         rows.push(Row::at_most(format!("L1 wrongly lit pixels, cone of {outer:.4} rad"), seen.wrong(), 4e-3));
-        rows.push(Row::none(format!("L1 finite, cone of {outer:.4} rad"), seen.broken, "channels"));
+        // Half a degree lights a few pixels.
+        let dark = usize::from(outer > 0.1 && (seen.shares.len() < 100 || seen.shaded() < 20));
+        let row = format!("L1 finite, and lit where it shines, cone of {outer:.4} rad");
+        rows.push(Row::none(row, seen.broken + dark, "faults"));
     }
     Ok(rows)
 }

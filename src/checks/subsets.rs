@@ -94,6 +94,12 @@ pub(super) fn scene_of(bits: u32) -> Scene {
     scene
 }
 
+/// One that calls for everything.
+#[cfg(test)]
+pub(crate) fn scene_of_every_effect() -> Scene {
+    scene_of((1 << CALLS.len()) - 1)
+}
+
 pub(super) fn request_of(bits: u32, technique: Technique) -> Request {
     let msaa = if called(bits, "msaa") { 4 } else { 1 };
     Request { width: 64, height: 48, technique, msaa, shadow_size: 128, ..crate::checks::forward() }
@@ -157,7 +163,9 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
     };
     // TEXTURES and ALPHA_MASK of glsl/inc/surface.glsl.
     expect("shadow passes", any("shadow_map"), called(bits, "shadows"));
-    expect("images and buffers of shadows", shadow_resources(&graph), called(bits, "shadows"));
+    let named = |name: &str| name.starts_with("shadow");
+    expect("images of shadows", graph.images.iter().any(|image| named(&image.name)), called(bits, "shadows"));
+    expect("buffers of shadows", graph.buffers.iter().any(|buffer| named(&buffer.name)), called(bits, "shadows"));
     expect("shadow variants", shadow_kinds(&graph) != 0, called(bits, "shadows"));
     let shadowed = if spots {
         KIND_SPOT
@@ -171,11 +179,6 @@ fn wrong(bits: u32, technique: Technique, limits: &Limits) -> Result<Vec<String>
     expect("height map variants", constants("shade/", 10, crate::shared::TEXTURE_HEIGHT), called(bits, "parallax"));
     expect("mask variants", constants("shade/", 11, 1), called(bits, "alpha_mask"));
     Ok(wrong)
-}
-
-fn shadow_resources(graph: &Graph) -> bool {
-    graph.images.iter().any(|image| image.name.starts_with("shadow"))
-        && graph.buffers.iter().any(|buffer| buffer.name.starts_with("shadow"))
 }
 
 /// SHADOW_KINDS of glsl/inc/shadow.glsl over all pipelines.
@@ -266,12 +269,10 @@ fn overrides(renderer: &Renderer, limits: &Limits) -> Result<Vec<Row>> {
             drawn(renderer, &scene, &Plan::new(&scene, &request, limits)?)
         };
         for (effect, neutral) in forced_and_forbidden() {
-            let (forced, ..) = overridden(&[effect], &[])?;
-            let name = format!("{} forced in {}", effect.name(), technique.name());
             if neutral {
+                let (forced, ..) = overridden(&[effect], &[])?;
+                let name = format!("{} forced in {}", effect.name(), technique.name());
                 rows.push(Row::none(name, differing(&whole, &forced), "differing pixels"));
-            } else {
-                rows.push(Row::at_most(name, against_rays(&plain, &request, effect, limits, &forced)?, 0.02));
             }
             if effect == EffectName::Prepass {
                 continue;
@@ -282,24 +283,44 @@ fn overrides(renderer: &Renderer, limits: &Limits) -> Result<Vec<Row>> {
             let count = traces.into_iter().filter(|differs| *differs).count();
             rows.push(Row::none(name, count, "differences of picture, recorded commands, pipelines and memory"));
         }
+        // A panel before the wall, which has edges and stands in the light's way.
+        let (panel, plain) = (scene_of(1 << 1), request_of(0, technique));
+        for effect in [EffectName::Msaa, EffectName::Shadows] {
+            rows.extend(against_rays(renderer, &panel, &plain, effect, limits)?);
+        }
     }
     Ok(rows)
 }
 
-/// Share of a forced picture's pixels that differ from rays, a ray a sample, by more than a fiftieth.
-fn against_rays(scene: &Scene, request: &Request, effect: EffectName, limits: &Limits, drawn: &[u32]) -> Result<f64> {
-    let (mut scene, mut request) = (scene.clone(), request.clone());
+/// A forced effect that changes the picture: how many pixels it changes, and the share of those of the forced picture that differ by more than a
+/// fiftieth from rays, a ray a sample.
+fn against_rays(
+    renderer: &Renderer,
+    scene: &Scene,
+    plain: &Request,
+    effect: EffectName,
+    limits: &Limits,
+) -> Result<[Row; 2]> {
+    let (mut scene, mut request) = (scene.clone(), plain.clone());
+    let (without, ..) = drawn(renderer, &scene, &Plan::new(&scene, plain, limits)?)?;
     apply(&mut scene, &mut request, &[effect], &[])?;
     let plan = Plan::new(&scene, &request, limits)?;
-    if !plan.effects.iter().any(|known| known.name == effect.name() && known.runs) {
-        return Err(Error::new(format!("{} does not run although it is forced", effect.name())));
-    }
+    let (forced, ..) = drawn(renderer, &scene, &plan)?;
     let traced = Reference::new(&scene, &plan.view)?.of_samples(plan.samples).render(&shader(&plan), &|_| {});
     let differs = |(pixel, wanted): &(&[u32], &[f64; 4])| {
         (0..3).any(|c| (f64::from(f32::from_bits(pixel[c])) - wanted[c]).abs() > 0.02 * wanted[c].max(1e-3))
     };
-    let count = drawn.chunks_exact(4).zip(&traced.rgba).filter(differs).count();
-    Ok(count as f64 / traced.rgba.len() as f64)
+    let wrong = forced.chunks_exact(4).zip(&traced.rgba).filter(differs).count();
+    let changed = differing(&without, &forced);
+    let what = format!("{} forced in {}", effect.name(), plan.technique.name());
+    Ok([
+        Row {
+            name: format!("{what} changes the picture"),
+            passed: changed > 30 && changed != usize::MAX,
+            detail: format!("{changed} pixels"),
+        },
+        Row::at_most(format!("{what} against rays"), wrong as f64 / traced.rgba.len() as f64, 0.04),
+    ])
 }
 
 #[cfg(test)]

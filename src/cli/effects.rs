@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::plan::EffectName;
-use crate::plan::shadows::{DEFAULT_FILTER, DEFAULT_SIZE, LEAST_SIZE, MOST_FILTER};
+use crate::plan::shadows::{DEFAULT_FILTER, DEFAULT_SIZE, LEAST_SIZE, MOST_FILTER, MOST_SIZE};
 
 /// Options of effects.
 #[derive(Debug, Clone, Args)]
@@ -51,8 +51,11 @@ fn parse_samples(text: &str) -> Result<u32, String> {
 
 /// `--shadow-size`.
 fn parse_shadow_size(text: &str) -> Result<u32, String> {
-    let fits = |size: &u32| size.is_power_of_two() && (LEAST_SIZE..=8192).contains(size);
-    text.parse().ok().filter(fits).ok_or_else(|| format!("a map has a power of two from {LEAST_SIZE} to 8192 columns"))
+    let fits = |size: &u32| size.is_power_of_two() && (LEAST_SIZE..=MOST_SIZE).contains(size);
+    text.parse()
+        .ok()
+        .filter(fits)
+        .ok_or_else(|| format!("a map has a power of two from {LEAST_SIZE} to {MOST_SIZE} columns"))
 }
 
 /// `--force` and `--forbid`.

@@ -109,7 +109,7 @@ pub fn summary(scene: &Scene, plan: &Plan) -> String {
     for (title, runs) in [("runs", true), ("skipped", false)] {
         for effect in plan.effects.iter().filter(|e| e.runs == runs) {
             let bytes = (effect.bytes > 0).then(|| report::bytes(effect.bytes));
-            let ms = effect.ms.filter(|ms| *ms >= 0.005).map(|ms| format!("about {ms:.2} ms"));
+            let ms = effect.ms.filter(|ms| ms.abs() >= 0.005).map(|ms| format!("about {ms:.2} ms"));
             let cost: Vec<String> = bytes.into_iter().chain(ms).collect();
             let cost = match (cost.is_empty(), runs) {
                 (true, _) => String::new(),
@@ -158,4 +158,58 @@ pub fn plan_json(plan: &Plan) -> Value {
         "gbuffer": plan.deferred.as_ref().map(|deferred| grids::gbuffer_json(plan, &deferred.gbuffer)),
         "effects": plan.effects,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::checks::scene_of_every_effect;
+    use crate::cli::{Cli, Command};
+    use crate::plan::{Limits, STATEMENTS};
+    use crate::scene::write;
+
+    /// Whether the effect runs in the plan of what was typed.
+    fn runs(effect: &str, typed: &[&str]) -> bool {
+        let Ok(Some(Command::Plan(args))) = Cli::try_parse_from(typed).map(|cli| cli.command) else {
+            panic!("{typed:?}");
+        };
+        let (scene, request) = setup::scene_and_request(&args.scene, &args.shared).expect("a scene and a request");
+        let limits = Limits { samples: [1 | 4; 2], float_blend: true, fragment_stores: true, ..Limits::MINIMUM };
+        let plan = Plan::new(&scene, &request, &limits).expect("a plan");
+        plan.effects.iter().any(|known| known.name == effect && known.runs)
+    }
+
+    #[test]
+    fn what_is_said_to_turn_an_effect_off_does() {
+        let folder = std::env::temp_dir().join(format!("lampyris-effects-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("all.glb");
+        std::fs::write(&path, write::glb(&scene_of_every_effect()).expect("a file")).expect("written");
+        let file = path.to_str().expect("a plain path");
+        let mut tried = 0;
+        for statement in STATEMENTS {
+            let options = statement.off.split('`').skip(1).step_by(2).filter(|option| option.starts_with("--"));
+            for option in options {
+                let technique = match (statement.name, option) {
+                    ("light_volumes", _) => "deferred",
+                    (_, "--assign tree") => "clustered-forward",
+                    _ => "tiled-forward",
+                };
+                let mut typed = vec!["lampyris", "plan", file, "--technique", technique];
+                let with_samples = [&typed[..], &["--msaa", "4"]].concat();
+                let base = if statement.name == "msaa" { &with_samples } else { &typed };
+                assert!(runs(statement.name, base), "{} does not run", statement.name);
+                if statement.name == "msaa" && option.starts_with("--forbid") {
+                    typed.extend(["--msaa", "4"]);
+                }
+                typed.extend(option.split(' '));
+                assert!(!runs(statement.name, &typed), "{option} does not turn {} off", statement.name);
+                tried += 1;
+            }
+        }
+        assert!(tried >= 14, "{tried} options");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
 }

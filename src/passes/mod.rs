@@ -299,7 +299,7 @@ mod tests {
 
     /// Bytes of what a frame draws into and of what lights are given, by the graph.
     fn attachment_bytes(graph: &Graph) -> u64 {
-        let counted = ["radiance", "depth", "gbuffer_", "sample_edges"];
+        let counted = ["radiance", "depth", "gbuffer_", "sample_edges", "shadow_atlas"];
         let is_counted = |name: &str| counted.iter().any(|prefix| name.starts_with(prefix));
         let texel = |format: vk::Format| match format {
             vk::Format::R32G32B32A32_SFLOAT => 16,
@@ -326,7 +326,9 @@ mod tests {
                 Technique::ClusteredDeferred,
             ] {
                 for (msaa, prepass) in [(1, true), (4, true), (4, false)] {
-                    let request = Request { width: 40, height: 30, technique, msaa, prepass, ..Request::default() };
+                    let shadows = Some(u32::from(msaa == 1) * 2);
+                    let request =
+                        Request { width: 40, height: 30, technique, msaa, prepass, shadows, ..Request::default() };
                     let plan = Plan::new(&scene, &request, &limits).expect("a plan");
                     let found = attachment_bytes(&frame(&plan).graph);
                     assert_eq!(found, plan.attachment_bytes(), "{name} {technique:?} {msaa} {prepass}");

@@ -92,10 +92,11 @@ fn seen_by_light(variant: Variant) -> Variant {
 
 fn pipeline(shadows: &Shadows, variant: Variant) -> GraphicsPipeline {
     // A position is compared with texels whose middles are up to (filter + 1) / 2 away in column and in row, over which the depth of its own plane
-    // changes by filter + 1 slopes at most. Half of that is taken off the position (glsl/inc/shadow.glsl); the other half, and a texel for other
-    // planes that meet it there, is taken off the map. Measured by `check --only shadow_error`: with all of it in the map walls of a few texels leak,
-    // with none in it corners shade themselves.
-    let bias = DepthBias { constant: -ROUNDING_STEPS, slope: -(shadows.filter as i32 + 3) / 2 };
+    // changes by filter + 1 slopes at most. Half of that is taken off the position (glsl/inc/shadow.glsl); the other half, and half a texel or a
+    // whole one for other planes that meet it there, is taken off the map. Measured by `check --only shadow_error,shadow_acne`: with all of it in
+    // the map walls of a few texels leak, with none in it corners shade themselves.
+    let slope = (shadows.filter as i32 + 3) / 2;
+    let bias = DepthBias { constant: -ROUNDING_STEPS, slope: -slope };
     let depth = Some(DepthState { bias, ..DepthState::write(DEPTH_FORMAT, COMPARE) });
     let (program, constants) = if variant.masked {
         let spec = shadow_map_masked::Spec {

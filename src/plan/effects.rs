@@ -55,7 +55,11 @@ pub fn estimate(plan: &mut Plan, scene: &Scene, tile: u32, profile: &Profile) {
             "depth_bounds" => Some(pixels * profile.bounds.min(profile.group_bounds)),
             "light_lists" => Some(profile.lists_ms * 1e6 + load.tests * profile.cull),
             "clusters" => Some(profile.clusters_ms * 1e6 + pixels * profile.cluster),
-            name => profile.forced.of(name).map(|each| each * pixels),
+            "shadows" => {
+                let lights = plan.shadows.as_ref().map_or(1, |shadows| shadows.lights.len());
+                profile.forced.map(|forced| forced.shadows * pixels * lights as f64)
+            }
+            name => profile.forced.and_then(|forced| forced.of(name)).map(|each| each * pixels),
         };
         effect.ms = nanoseconds.map(|ns| ns * 1e-6);
     }
@@ -77,7 +81,7 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &S
         alpha_mask(scene),
         samples::effect(plan, request),
         transparency::effect(plan, scene),
-        shadows::effect(plan, shadowed),
+        shadows::effect(plan, shadowed, request),
     ]
 }
 

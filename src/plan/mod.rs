@@ -144,15 +144,17 @@ impl Plan {
         let mut lighting = Lighting::new(scene, &request.rules)?;
         note_lighting(&lighting, &mut notes);
         let extent = extent(scene, &view);
-        let shadowed = shadows::select(&mut lighting, request, &view, extent);
+        let shadowed = shadows::select(&mut lighting, scene, request, &view, extent);
         let technique = request.technique;
         let samples = samples::decide(request, limits, &mut notes)?;
-        let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let materials = materials::Materials::new(scene, request.shading, limits)?;
         let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
-        let of_light = (&lighting, &shadowed);
-        let shadows = Shadows::new(scene, of_light, (&view, &geometry), (request, limits), &mut notes)?;
-        let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(limits))?;
+        let inputs = shadows::Inputs { scene, view: &view, geometry: &geometry, request, limits, extent };
+        let shadows = Shadows::new(&inputs, &mut lighting, &shadowed, &mut notes)?;
+        // Samples that one invocation may shade.
+        let each = if technique.is_deferred() { samples.max(4) } else { 1 };
+        let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(each, limits))?;
+        let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.
         let listed = lighting.lights.iter().any(|l| l.kind != LightKind::Directional) || request.debug_view.is_some();
@@ -241,9 +243,9 @@ impl Plan {
         u64::from(self.view.width) * u64::from(self.view.height)
     }
 
-    /// Bytes of the attachments that a frame needs.
+    /// Bytes of the attachments that a frame needs, shadow maps included.
     pub fn attachment_bytes(&self) -> u64 {
-        self.attachment_bytes_of(self.samples)
+        self.attachment_bytes_of(self.samples) + self.shadows.as_ref().map_or(0, Shadows::image_bytes)
     }
 
     /// The same with so many samples a pixel.
@@ -287,7 +289,8 @@ impl Plan {
     pub fn static_bytes(&self) -> u64 {
         let volumes = self.deferred.as_ref().and_then(Deferred::volumes).map_or(0, LightVolumes::bytes);
         let markers = size_of_val(self.markers.as_slice()) as u64;
-        self.geometry.bytes() + self.materials.bytes() + self.lights.bytes() + volumes + markers
+        let shadows = self.shadows.as_ref().map_or(0, Shadows::texel_bytes);
+        self.geometry.bytes() + self.materials.bytes() + self.lights.bytes() + volumes + markers + shadows
     }
 }
 

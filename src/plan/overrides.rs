@@ -101,8 +101,7 @@ pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], for
                 (Some(of_materials), false) => scene.forbid(of_materials),
                 (Some(of_materials), true) => scene.force(of_materials, request.shading.into()),
                 (None, _) => {
-                    let asked = scene.lights.iter().any(|light| light.shadow);
-                    override_request(request, effect, forced, asked)?;
+                    override_request(request, effect, forced)?;
                     0
                 }
             };
@@ -112,19 +111,17 @@ pub fn apply(scene: &mut Scene, request: &mut Request, force: &[EffectName], for
     Ok(())
 }
 
-/// `asked`: some light asks for a shadow.
-fn override_request(request: &mut Request, effect: EffectName, forced: bool, asked: bool) -> Result<()> {
+fn override_request(request: &mut Request, effect: EffectName, forced: bool) -> Result<()> {
     let lists = request.technique == Technique::Auto || request.technique.has_lists();
     match (effect, forced) {
         (EffectName::Prepass, _) => request.prepass = forced,
         (EffectName::Msaa, false) => request.msaa = 1,
         (EffectName::Msaa, true) => request.msaa = request.msaa.max(4),
         (EffectName::Shadows, false) => request.shadows = Some(0),
-        (EffectName::Shadows, true) => match request.shadows {
-            Some(0) => return Err(Error::usage("--shadows 0 contradicts --force shadows")),
-            None if !asked => request.shadows = Some(1),
-            _ => {}
-        },
+        // Which lights ask and reach what is seen is found later (plan/shadows/select.rs).
+        (EffectName::Shadows, true) if request.shadows == Some(0) => {
+            return Err(Error::usage("--shadows 0 contradicts --force shadows"));
+        }
         (EffectName::DepthBounds, false) => request.depth_bounds = Some(DepthBounds::Off),
         (EffectName::DepthBounds, true) if !lists || !request.prepass => {
             return Err(Error::usage("--force depth_bounds needs a technique with light lists, and a pre-pass"));

@@ -9,9 +9,9 @@ mod maps;
 mod select;
 
 use super::effects::Effect;
-use super::{Geometry, Limits, Plan, Request, ShadowUpdate};
+use super::{Geometry, Limits, Plan, Request, ShadowUpdate, Technique};
 use crate::error::{Error, Result};
-use crate::scene::lighting::Lighting;
+use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::View;
 use crate::scene::{LightKind, Scene};
 use crate::shared;
@@ -26,6 +26,10 @@ pub const DEFAULT_SIZE: u32 = 1024;
 pub const DEFAULT_FILTER: u32 = 2;
 /// Most that may be asked for.
 pub const MOST_FILTER: u32 = 8;
+/// Largest map.
+pub const MOST_SIZE: u32 = 8192;
+/// Of the image of all maps, unless there is only one.
+const MOST_BYTES: u64 = 1 << 30;
 /// Smallest map: two margins of the widest filter leave it something.
 pub const LEAST_SIZE: u32 = 64;
 
@@ -66,22 +70,37 @@ pub struct Shadows {
     why: String,
 }
 
+/// What shadows are planned from.
+pub(super) struct Inputs<'a> {
+    pub scene: &'a Scene,
+    pub view: &'a View,
+    pub geometry: &'a Geometry,
+    pub request: &'a Request,
+    pub limits: &'a Limits,
+    /// Metres from the eye beyond which nothing is drawn.
+    pub extent: f64,
+}
+
 impl Shadows {
-    /// Maps for the lights that `selection` chose; `None` where there are none, or nothing stands in the way of their light.
+    /// Maps for the lights that `selection` chose; `None` where there are none, where nothing stands in the way of their light, or where rays or
+    /// surfaces are drawn instead. Lights that need no map have no shadow afterwards.
     ///
     /// # Errors
-    /// More maps than the largest image holds in the smallest size.
+    /// Numbers that no map has; more maps than the largest image holds in the smallest size, or than a texel buffer tells of.
     pub(super) fn new(
-        scene: &Scene,
-        (lighting, selection): (&Lighting, &Selection),
-        (view, geometry): (&View, &Geometry),
-        (request, limits): (&Request, &Limits),
+        inputs: &Inputs,
+        lighting: &mut Lighting,
+        selection: &Selection,
         notes: &mut Vec<String>,
     ) -> Result<Option<Self>> {
-        if selection.chosen == 0 || geometry.draws.is_empty() {
+        let Inputs { request, limits, view, .. } = *inputs;
+        check_numbers(request)?;
+        let surfaces = request.debug_view.is_some_and(super::DebugView::of_surfaces);
+        let drawn = request.technique != Technique::Reference && !surfaces && !inputs.geometry.draws.is_empty();
+        if selection.chosen == 0 || !drawn {
             return Ok(None);
         }
-        let world = maps::World::new(scene, view);
+        let world = maps::World::new(inputs.scene, view, inputs.extent);
         let margin = maps::margin(request.shadow_filter);
         let mut planned = Self {
             lights: Vec::new(),
@@ -96,41 +115,48 @@ impl Shadows {
             first_local: lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count() as u32,
             why: selection.why.clone(),
         };
-        let boxes = casters::Boxes::new(scene, geometry);
-        // Which of them there are does not hang on their size, but for a texel: they are made once more if they have to shrink.
+        let boxes = casters::Boxes::new(inputs.scene, inputs.geometry);
         planned.add_maps(lighting, &world, margin, &boxes);
-        if planned.drawn() == 0 {
-            return Ok(None);
+        // Margins of smaller maps are wider, so that there may be more to draw: until as many as there are fit.
+        while !fits(planned.drawn(), planned.size, limits) {
+            planned.size /= 2;
+            if planned.size < LEAST_SIZE {
+                let count = planned.drawn();
+                return Err(Error::new(format!(
+                    "{count} shadow maps do not fit into this device's largest image; --shadows N chooses fewer lights"
+                )));
+            }
+            planned.add_maps(lighting, &world, margin, &boxes);
         }
-        let size = fitting(planned.drawn(), request.shadow_size, limits)?;
-        if size != planned.size {
+        if planned.size != request.shadow_size {
+            let (asked, size, count) = (request.shadow_size, planned.size, planned.drawn());
             if request.strict {
                 return Err(Error::new(format!(
-                    "--shadow-size {}: {} maps do not fit into this device's largest image",
-                    planned.size,
-                    planned.drawn()
+                    "--shadow-size {asked}: {count} maps do not fit into this device's largest image, or into 1 GiB"
                 )));
             }
             notes.push(format!(
-                "shadow maps have {size} columns and rows instead of {}: {} of them have to fit into one image",
-                planned.size,
-                planned.drawn()
+                "shadow maps have {size} columns and rows instead of {asked}: {count} of them have to fit into one image of at most 1 GiB"
             ));
-            planned.size = size;
-            planned.add_maps(lighting, &world, margin, &boxes);
         }
+        planned.leave_out_idle(lighting);
         planned.place(limits);
-        Ok(Some(planned))
+        let texels = planned.texels().len() as u64;
+        match (planned.drawn(), texels > limits.max_texel_elements) {
+            (0, _) => Ok(None),
+            (_, false) => Ok(Some(planned)),
+            (_, true) => Err(Error::new(format!(
+                "{} lights with shadows take {texels} texels to tell of, this device's texel buffers have {}",
+                planned.lights.len(),
+                limits.max_texel_elements
+            ))),
+        }
     }
 
     /// Maps of all lights that have shadows. Where nothing stands in the way of what is seen there is none.
     fn add_maps(&mut self, lighting: &Lighting, world: &maps::World, margin: f64, boxes: &casters::Boxes) {
         (self.lights, self.maps, self.kinds, self.directional) = (Vec::new(), Vec::new(), 0, 0);
-        let shadowed = |directional: bool| {
-            let of_kind = move |kind| (kind == LightKind::Directional) == directional;
-            lighting.lights.iter().enumerate().filter(move |(_, l)| l.shadow && of_kind(l.kind))
-        };
-        for (index, light) in shadowed(true).chain(shadowed(false)) {
+        for (index, light) in shadowed(lighting) {
             let first_map = self.maps.len();
             let (mut made, cube_rows) = maps::of_light(light, world, self.size, margin);
             for map in made.iter_mut().filter(|map| map.area[2] > 0) {
@@ -139,16 +165,29 @@ impl Shadows {
                     map.area = [0; 4];
                 }
             }
+            let map_count = made.len();
             self.maps.extend(made);
-            self.kinds |= super::lights::kind_of(light);
-            self.directional += u32::from(light.kind == LightKind::Directional);
-            self.lights.push(ShadowedLight {
-                light: index,
-                first_map,
-                map_count: self.maps.len() - first_map,
-                cube_rows,
-            });
+            self.lights.push(ShadowedLight { light: index, first_map, map_count, cube_rows });
         }
+    }
+
+    /// Takes lights without any map out of those that have shadows, and puts the others in front again.
+    fn leave_out_idle(&mut self, lighting: &mut Lighting) {
+        let has_map = |light: &ShadowedLight| {
+            self.maps[light.first_map..light.first_map + light.map_count].iter().any(|map| map.area[2] > 0)
+        };
+        let (kept, idle): (Vec<_>, Vec<_>) = self.lights.drain(..).partition(has_map);
+        idle.iter().for_each(|light| lighting.lights[light.light].shadow = false);
+        lighting.lights.sort_by_key(|light| !light.shadow);
+        let mut maps = Vec::new();
+        for (light, (index, resolved)) in kept.into_iter().zip(shadowed(lighting)) {
+            let first_map = maps.len();
+            maps.extend_from_slice(&self.maps[light.first_map..light.first_map + light.map_count]);
+            self.lights.push(ShadowedLight { light: index, first_map, ..light });
+            self.kinds |= super::lights::kind_of(resolved);
+            self.directional += u32::from(resolved.kind == LightKind::Directional);
+        }
+        self.maps = maps;
     }
 
     /// Maps that have a place in the image.
@@ -183,37 +222,69 @@ impl Shadows {
         texels
     }
 
-    /// Bytes of the image and of what shading is told.
-    pub fn bytes(&self) -> u64 {
+    /// Bytes of the image of all maps.
+    pub fn image_bytes(&self) -> u64 {
         let [width, height] = self.atlas.map(u64::from);
-        width * height * super::DEPTH_BYTES + self.texels().len() as u64 * 16
+        width * height * super::DEPTH_BYTES
     }
 
-    /// Iterations that a sample's loops may go round in the shadows of all lights.
-    fn iterations(&self) -> u32 {
-        let row = self.filter + 1;
-        let filter = if self.filter == 0 { 0 } else { row * (row + 1) };
+    /// Bytes of what shading is told.
+    pub fn texel_bytes(&self) -> u64 {
+        self.texels().len() as u64 * 16
+    }
+
+    /// Iterations that the loops of a sample may go round in the shadows of all lights, the one in which each loop ends counted.
+    fn iterations(&self) -> u64 {
+        let side = u64::from(self.filter) + 1;
+        let filter = if self.filter == 0 { 0 } else { side * (side + 1) + side + 1 };
         // Four runs of the table begin and end, each with groups of their own.
         let runs = 4 * 4;
-        self.lights.iter().map(|light| light.map_count.saturating_sub(1).min(3) as u32 + filter).sum::<u32>() + runs
+        let cascades = |light: &ShadowedLight| light.map_count.min(4) as u64;
+        self.lights.iter().map(|light| cascades(light) + filter).sum::<u64>() + runs
     }
 
-    /// The limits that are left to loops over lights.
+    /// The limits that are left to loops over lights where an invocation shades up to `each` samples.
     ///
     /// # Errors
     /// Shadows that take more than half of a driver's iterations.
-    pub(super) fn leave(&self, limits: &Limits) -> Result<Limits> {
-        let most = limits.max_loop_iterations;
-        if most != u32::MAX && self.iterations() > most / 2 {
+    pub(super) fn leave(&self, each: u32, limits: &Limits) -> Result<Limits> {
+        let (most, taken) = (limits.max_loop_iterations, self.iterations() * u64::from(each));
+        if most == u32::MAX {
+            return Ok(limits.clone());
+        }
+        if taken > u64::from(most / 2) {
             return Err(Error::new(format!(
-                "a sample may look at the shadows of {} lights in up to {} iterations, this driver leaves its loops after {most}",
-                self.lights.len(),
-                self.iterations()
+                "an invocation may look at the shadows of {} lights in up to {taken} iterations, this driver leaves its loops after {most}",
+                self.lights.len()
             )));
         }
-        let left = if most == u32::MAX { most } else { most - self.iterations() };
-        Ok(Limits { max_loop_iterations: left, ..limits.clone() })
+        Ok(Limits { max_loop_iterations: most - taken as u32, ..limits.clone() })
     }
+}
+
+/// Lights that have shadows with their index, in the order of the light table.
+fn shadowed(lighting: &Lighting) -> impl Iterator<Item = (usize, &ResolvedLight)> {
+    let of = |directional: bool| {
+        let is_one = move |l: &ResolvedLight| l.shadow && (l.kind == LightKind::Directional) == directional;
+        lighting.lights.iter().enumerate().filter(move |(_, l)| is_one(l))
+    };
+    of(true).chain(of(false))
+}
+
+/// What the command line sees to already.
+fn check_numbers(request: &Request) -> Result<()> {
+    let Request { shadow_size: size, shadow_filter: filter, .. } = *request;
+    if !size.is_power_of_two() || !(LEAST_SIZE..=MOST_SIZE).contains(&size) {
+        return Err(Error::usage(format!(
+            "a shadow map has a power of two from {LEAST_SIZE} to {MOST_SIZE} columns, not {size}"
+        )));
+    }
+    if filter > MOST_FILTER {
+        return Err(Error::usage(format!(
+            "edges of shadows are spread over at most {MOST_FILTER} texels, not {filter}"
+        )));
+    }
+    Ok(())
 }
 
 /// Metres that a position may be off its surface: everywhere, and at a distance of 1 m. A rasteriser snaps corners to parts of a pixel, and with
@@ -224,43 +295,52 @@ fn position_slack(view: &View, farthest: f64, limits: &Limits) -> [f32; 2] {
     if view.lens.is_perspective() { [rounded as f32, snapped as f32] } else { [(rounded + snapped) as f32, 0.0] }
 }
 
-/// The size that was asked for, halved until so many maps fit.
-fn fitting(maps: usize, asked: u32, limits: &Limits) -> Result<u32> {
-    let mut size = asked;
-    while u64::from(limits.max_image_dimension / size).pow(2) < maps as u64 {
-        size /= 2;
-        if size < LEAST_SIZE {
-            return Err(Error::new(format!(
-                "{maps} shadow maps do not fit into this device's largest image; --shadows N chooses fewer lights"
-            )));
-        }
-    }
-    Ok(size)
+/// So many maps lie beside one another in one image, of at most [`MOST_BYTES`].
+fn fits(maps: usize, size: u32, limits: &Limits) -> bool {
+    let (maps, side) = (maps as u64, u64::from(limits.max_image_dimension / size));
+    // Places of a row that is not full take memory, too: at most one row, and a column.
+    let texels = (maps + 2 * maps.isqrt() + 1) * u64::from(size).pow(2);
+    maps <= side * side && (maps <= 1 || texels * super::DEPTH_BYTES <= MOST_BYTES)
+}
+
+/// Bytes of the maps of one light, at most: what leaving shadows out saves.
+fn one_light(plan: &Plan, request: &Request) -> u64 {
+    let maps = match plan.lights.kinds {
+        0 => 0,
+        shared::KIND_DIRECTIONAL => 4,
+        _ => 6,
+    };
+    maps * u64::from(request.shadow_size).pow(2) * super::DEPTH_BYTES
 }
 
 /// The effect with its decision.
-pub(super) fn effect(plan: &Plan, selection: &Selection) -> Effect {
+pub(super) fn effect(plan: &Plan, selection: &Selection, request: &Request) -> Effect {
     let (runs, why, bytes) = match &plan.shadows {
         _ if plan.shows_surfaces() => (false, "this view shows surfaces without light".into(), 0),
-        None if selection.chosen > 0 => {
-            (false, format!("{}: nothing stands in the way of their light", selection.why), 0)
+        _ if plan.technique == Technique::Reference && selection.chosen > 0 => {
+            (true, format!("{}: a ray each", selection.why), 0)
         }
-        None => (false, selection.why.clone(), 0),
+        _ if plan.technique == Technique::Reference => (false, selection.why.clone(), 0),
+        None if selection.chosen > 0 => {
+            let why = format!("{}: nothing stands in the way of their light", selection.why);
+            (false, why, one_light(plan, request))
+        }
+        None => (false, selection.why.clone(), one_light(plan, request)),
         Some(shadows) => {
             let when = match shadows.update {
-                ShadowUpdate::Once => "drawn once, for nothing moves",
-                ShadowUpdate::Frame => "drawn in every frame",
+                ShadowUpdate::Once => "once, for nothing moves",
+                ShadowUpdate::Frame => "in every frame",
             };
-            let seen = shadows.drawn();
             let why = format!(
-                "{}: {seen} of {} maps hold something that is seen or stands in its light; {} x {} texels, edges over {}; {when}",
+                "{}: {} of {} maps have something to draw, {} x {} texels, edges over {}; drawn {when}",
                 shadows.why,
+                shadows.drawn(),
                 shadows.maps.len(),
                 shadows.size,
                 shadows.size,
                 shadows.filter
             );
-            (true, why, shadows.bytes())
+            (true, why, shadows.image_bytes() + shadows.texel_bytes())
         }
     };
     Effect::new("shadows", runs, why, bytes)

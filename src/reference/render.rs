@@ -241,7 +241,9 @@ impl<'a> Reference<'a> {
             AlphaMode::Opaque => true,
             AlphaMode::Blend => false,
             AlphaMode::Mask(cutoff) => {
-                let fragment = self.fragment(view, pixel, direction, crossing);
+                // A point has no footprint: the finest level.
+                let weights = Weights { at: crossing.weights, dx: DVec3::ZERO, dy: DVec3::ZERO };
+                let fragment = Fragment { weights, ..self.fragment(view, pixel, direction, crossing) };
                 fragment.unshifted_base().w >= f64::from(cutoff)
             }
         }

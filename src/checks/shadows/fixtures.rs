@@ -85,13 +85,26 @@ pub fn light_on_wall() -> Scene {
     wall_and_blocks(&[[0.9, 0.4, 0.4], [-0.8, -0.5, 0.5]], 0.3, lamp(DVec3::ZERO))
 }
 
+/// A lamp that reaches a thousand kilometres, 3 cm before a small plate which keeps its light from the middle of a wall.
+pub fn shaded_lamp() -> Scene {
+    let place = DVec3::new(0.0, 0.0, 1.5);
+    let light = Light { range: Some(1e6), ..point(place, 30.0) };
+    let mut built = wall_and_blocks(&[], 0.3, light);
+    built.meshes.push(Mesh { material: 1, ..wall(0.03) });
+    let object_to_world = DMat4::from_translation(place - DVec3::Z * 0.03);
+    built.instances.push(Instance { mesh: built.meshes.len() - 1, object_to_world });
+    built
+}
+
 /// Before a wall a panel whose mask has holes, which light goes through, and a pane that is mixed with what lies behind, which stands in no light's way.
 pub fn mask_and_pane() -> Scene {
     let mut built =
         scene(wall(3.0), vec![lamp(DVec3::new(0.4, 0.7, 4.0))], looking([1.5, 2.0, 6.0], [0.0, 0.0, 0.5], 50.0));
-    let rgba8 = (0..16).flat_map(|texel| [255, 255, 255, if (texel + texel / 4) % 2 == 0 { 255 } else { 0 }]).collect();
-    built.images = vec![Image { name: "holes".into(), width: 4, height: 4, rgba8 }];
-    let sampler = Sampler { mag_linear: false, min_linear: false, mipmapped: false, ..Sampler::default() };
+    // Holes of 8 texels; coarse levels of its mip chain have neither holes nor cloth.
+    let alpha = |texel: u32| if (texel % 32 / 8 + texel / 256).is_multiple_of(2) { 255 } else { 0 };
+    let rgba8 = (0..1024).flat_map(|texel| [255, 255, 255, alpha(texel)]).collect();
+    built.images = vec![Image { name: "holes".into(), width: 32, height: 32, rgba8 }];
+    let sampler = Sampler { mag_linear: false, min_linear: false, mip_linear: false, ..Sampler::default() };
     let holes = Texture { image: 0, sampler, uv_set: 0, uv_transform: IDENTITY_UV };
     let plain = Material { metallic: 0.0, roughness: 0.6, ..Material::default() };
     built.materials.push(Material {

@@ -133,7 +133,7 @@ pub(super) fn forced_costs(renderer: &Renderer, scene: &Scene, request: &Request
             }
         }
         let [out, forced] = walls.map(|walls| crate::measure::times::Spread::of(&walls).median);
-        Ok(((forced - out) * 1e6 / (f64::from(request.width) * f64::from(request.height))).max(0.0))
+        Ok((forced - out) * 1e6 / (f64::from(request.width) * f64::from(request.height)))
     };
     Ok(Forced {
         prepass: cost(EffectName::Prepass)?,

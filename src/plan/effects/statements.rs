@@ -91,13 +91,13 @@ pub const STATEMENTS: [Statement; 14] = [
     Statement {
         name: "transparency",
         called_by: "a material with `alphaMode: BLEND` on a surface",
-        costs: "a pass at the end, back to front by object or by triangle (`--transparent-sort`); lists of lights of their own (`--transparent-bounds own`), the lists of opaque surfaces (`merged`) or lists that know nothing of depths (`none`); a pipeline for each set of maps",
+        costs: "a pass at the end, back to front by object or by triangle (`--transparent-sort`); lists of lights of their own (`--transparent-bounds own`), the lists of opaque surfaces (`merged`) or lists that know nothing of depths (`none`); 4 bytes a pixel and sample for their nearest depths where lists ask for them, where 32-bit floats are not blended a layer; a pipeline for each set of maps",
         off: "`--forbid transparency`",
     },
     Statement {
         name: "shadows",
         called_by: "`extras.lampyris.shadow` of a light, or `--shadows N`: the N lights that matter most in view (mean illuminance within their range times the share of the picture that it covers); light that reaches something that is seen",
-        costs: "a pass, run once while nothing moves (`--shadow-update frame`: in every frame); maps of depth in one image, `--shadow-size` columns each: one for a spot light of at most 60 degrees to a side, up to six (the sides of a cube that see something of the view) for others with a place, up to four (cascades) for a directional one; `(filter + 1)^2` reads a pixel and light (`--shadow-filter`); a variant of every shader that lights",
+        costs: "a pass, run once while nothing moves (`--shadow-update frame`: in every frame); maps of depth in one image, 4 bytes a texel, `--shadow-size` columns each: one for a spot light of at most 60 degrees to a side, up to six (the sides of a cube that see something of the view) for others with a place, up to four (cascades) for a directional one; `(filter + 1)^2` reads a pixel and light (`--shadow-filter`); a variant of every shader that lights",
         off: "`--shadows 0`, `--forbid shadows`",
     },
 ];

@@ -33,8 +33,8 @@ pub fn corners(min: DVec3, max: DVec3) -> [DVec3; 8] {
 }
 
 /// Nothing of the hull of these points can be in the clip volume: all are beyond one of its sides, or behind the light.
-pub fn is_outside(to_clip: &DMat4, points: &[DVec3]) -> bool {
-    let clip: Vec<DVec4> = points.iter().map(|p| *to_clip * p.extend(1.0)).collect();
+pub fn is_outside(to_clip: &DMat4, points: &[DVec3; 8]) -> bool {
+    let clip = points.map(|p| *to_clip * p.extend(1.0));
     let all = |beyond: fn(&DVec4) -> bool| clip.iter().all(beyond);
     all(|c| c.x > c.w) || all(|c| c.x < -c.w) || all(|c| c.y > c.w) || all(|c| c.y < -c.w) || all(|c| c.w <= 0.0)
 }

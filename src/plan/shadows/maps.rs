@@ -15,9 +15,10 @@ const CASCADE_RATIO: f64 = 4.0;
 const WIDEST_MAP: f64 = std::f64::consts::FRAC_PI_3;
 /// The narrowest cone that is drawn: what it lights is smaller than a texel of anything.
 const NARROWEST_MAP: f64 = 1e-4;
-/// Distance before which nothing is drawn, in ranges of the light. Reversed depth keeps its relative precision up to there.
-const NEAR: f64 = 1e-5;
-/// Distances that are seen are rounded up to a power of 2^(1/STEPS): the maps of a moving camera keep their size.
+/// Distance before which nothing is drawn, in distances to the farthest thing that the light reaches. Reversed depth keeps its relative precision
+/// up to there.
+const NEAR: f64 = 1e-6;
+/// What the size of maps hangs on is rounded to a power of 2^(1/STEPS): those of a moving camera keep their size.
 const STEPS: f64 = 4.0;
 
 /// One map of a light.
@@ -71,33 +72,50 @@ pub(super) struct World {
 }
 
 impl World {
-    pub fn new(scene: &Scene, view: &View) -> Self {
+    /// `extent` is the distance in metres from the eye beyond which nothing is drawn.
+    pub fn new(scene: &Scene, view: &View, extent: f64) -> Self {
         let bounds = scene.bounds();
-        let center = view.world_to_view.transform_point3(bounds.center());
-        let extent = center.length() + (bounds.max - bounds.min).length() * 0.5;
+        let ahead = corners(bounds.min, bounds.max).map(|p| -view.world_to_view.transform_point3(p).z);
+        let nearest = ahead.into_iter().fold(f64::INFINITY, f64::min);
         let farthest = view.zfar.map_or(extent, |far| far.min(extent)).max(view.znear + 1e-6);
         Self {
             bounds,
             world_to_view: view.world_to_view,
             view_to_world: view.world_to_view.inverse(),
             lens: view.lens,
-            near: view.znear,
+            near: nearest.max(view.znear),
             farthest,
             seen: slice(&view.lens, view.znear, farthest),
         }
     }
 
-    /// Distances at which the cascades of a directional light begin and end.
+    /// Nothing of the hull of what can be seen is in the clip volume.
+    pub fn sees_nothing_of(&self, view_to_map: &DMat4) -> bool {
+        is_outside(view_to_map, &self.seen)
+    }
+
+    /// Metres from a place to the farthest corner of the scene.
+    fn farthest_from(&self, place: DVec3) -> f64 {
+        corners(self.bounds.min, self.bounds.max).iter().map(|p| p.distance(place)).fold(0.0, f64::max)
+    }
+
+    /// Distances at which the cascades of a directional light begin and end: from the nearest thing that can be seen to the farthest.
     fn slices(&self) -> Vec<[f64; 2]> {
         if !self.lens.is_perspective() {
-            return vec![[self.near, self.farthest]];
+            return vec![[self.near.min(self.farthest), self.farthest]];
         }
-        let far = ((self.farthest.log2() * STEPS).ceil() / STEPS).exp2();
+        let far = stepped(self.farthest);
+        let near = ((self.near.log2() * STEPS).floor() / STEPS).exp2();
         let ends = (0..CASCADES).map(|i| far / CASCADE_RATIO.powi((CASCADES - 1 - i) as i32));
-        let ends: Vec<f64> = ends.filter(|end| *end > self.near).collect();
-        let begins = std::iter::once(self.near).chain(ends.iter().copied());
+        let ends: Vec<f64> = ends.filter(|end| *end > near).collect();
+        let begins = std::iter::once(near).chain(ends.iter().copied());
         begins.zip(&ends).map(|(begin, end)| [begin, *end]).collect()
     }
+}
+
+/// Rounded up to a power of 2^(1/STEPS).
+fn stepped(metres: f64) -> f64 {
+    ((metres.max(1e-30).log2() * STEPS).ceil() / STEPS).exp2()
 }
 
 /// Corners of what is seen between two distances, view space.
@@ -169,11 +187,30 @@ fn shines_on(light: &ResolvedLight, ahead: DVec3) -> bool {
 fn local_map(light: &ResolvedLight, world: &World, axes: [DVec3; 3], half: f64, size: u32, margin: f64) -> Map {
     let columns = f64::from(size);
     let padded = half * columns / (columns - 2.0 * margin);
-    let reach = if light.range.is_finite() { light.range } else { world.farthest };
-    let world_to_map = pyramid(light.position, axes, padded, NEAR * reach);
-    let view_to_map = world_to_map * world.view_to_world;
-    let area = if is_outside(&view_to_map, &world.seen) { [0; 4] } else { [0, 0, size, size] };
-    Map { view_to_map, area, texel_metres: 2.0 * padded / columns, draws: Vec::new() }
+    let near = NEAR * light.range.min(world.farthest_from(light.position)).max(f64::MIN_POSITIVE);
+    let of = |half: f64| pyramid(light.position, axes, half, near) * world.view_to_world;
+    // What the margin alone sees is in another map.
+    let area = if world.sees_nothing_of(&of(half * (1.0 + 1e-6))) { [0; 4] } else { [0, 0, size, size] };
+    Map { view_to_map: of(padded), area, texel_metres: 2.0 * padded / columns, draws: Vec::new() }
+}
+
+/// Whether the cone of a spot light shines on anything that can be seen, as far as planes tell; true for other lights.
+pub(super) fn shines_into_view(light: &ResolvedLight, world: &World) -> bool {
+    let LightKind::Spot { outer, .. } = light.kind else { return true };
+    let (axis, outer) = (light.direction.normalize(), f64::from(outer));
+    if outer <= WIDEST_MAP {
+        let half = outer.max(NARROWEST_MAP).tan() * (1.0 + 1e-6);
+        let to_map = pyramid(light.position, looking(axis), half, 1.0) * world.view_to_world;
+        return !world.sees_nothing_of(&to_map);
+    }
+    // Beyond that a half space is as good as anything; a wider cone has none.
+    let ahead = |p: &DVec3| axis.dot(world.view_to_world.transform_point3(*p) - light.position);
+    outer >= std::f64::consts::FRAC_PI_2 || world.seen.iter().any(|p| ahead(p) > 0.0)
+}
+
+/// Whether the scene's box reaches into the ball of a light.
+pub(super) fn reaches_scene(light: &ResolvedLight, world: &World) -> bool {
+    light.position.clamp(world.bounds.min, world.bounds.max).distance(light.position) < light.range
 }
 
 /// Maps of what is seen, from the finest to that of everything. Their squares are as wide as the sphere about their part of the view, however the
@@ -197,6 +234,8 @@ fn cascades(light: &ResolvedLight, world: &World, size: u32, margin: f64) -> Vec
         let points = slice(&world.lens, begin, end);
         let middle = points.iter().sum::<DVec3>() / 8.0;
         let radius = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        // How deep the view of parallel rays is changes with every step of the camera.
+        let radius = if world.lens.is_perspective() { radius } else { stepped(radius) };
         // A map of the whole scene is as good as one of a part that is larger.
         let all = radius >= whole;
         let (center, half) = if all {

@@ -1,10 +1,11 @@
 //! Which lights have shadows: those that ask, or the few that matter most in the picture.
 
-use crate::plan::Request;
+use super::maps::{World, reaches_scene, shines_into_view};
 use crate::plan::projection::{distance_range, tangent_rectangle};
-use crate::scene::LightKind;
+use crate::plan::{EffectName, Request};
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::View;
+use crate::scene::{LightKind, Scene};
 
 /// What was chosen, and why.
 #[derive(Debug, Clone, Default)]
@@ -16,32 +17,41 @@ pub struct Selection {
 }
 
 /// Marks the lights that have shadows and puts them in front of the others, each in its order. `extent` is the distance in metres
-/// beyond which nothing is drawn.
-pub fn select(lighting: &mut Lighting, request: &Request, view: &View, extent: f64) -> Selection {
+/// from the eye beyond which nothing is drawn.
+pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &View, extent: f64) -> Selection {
+    let forced = request.overrides.iter().any(|o| o.effect == EffectName::Shadows && o.forced);
     let lights = &mut lighting.lights;
     let count = lights.len();
     let asking = lights.iter().filter(|light| light.shadow).count();
-    let seen: Vec<f64> = match (request.shadows, asking) {
-        (Some(0), _) | (None, 0) => Vec::new(),
-        _ => lights.iter().map(|light| importance(light, view, extent)).collect(),
+    let idle = matches!((request.shadows, asking, forced), (Some(0), ..) | (None, 0, false));
+    let seen: Vec<f64> = if idle || scene.bounds().is_empty() {
+        vec![0.0; count]
+    } else {
+        let world = World::new(scene, view, extent);
+        lights.iter().map(|light| importance(light, view, &world)).collect()
     };
     let reaching = seen.iter().filter(|matters| **matters > 0.0).count();
+    let asking_seen: Vec<bool> =
+        lights.iter().zip(&seen).map(|(light, matters)| light.shadow && *matters > 0.0).collect();
+    let asking_reaching = asking_seen.iter().filter(|chosen| **chosen).count();
+    let most_important = |most: usize| {
+        let mut order: Vec<usize> = (0..count).filter(|&index| seen[index] > 0.0).collect();
+        order.sort_by(|&a, &b| seen[b].total_cmp(&seen[a]).then(a.cmp(&b)));
+        order.truncate(most);
+        let mut chosen = vec![false; count];
+        order.iter().for_each(|&index| chosen[index] = true);
+        chosen
+    };
     let (chosen, why) = match request.shadows {
+        None if forced && asking_reaching == 0 => {
+            (most_important(1), format!("the light that matters most of {reaching} that reach what is seen"))
+        }
         None if asking == 0 => (vec![false; count], format!("none of {count} lights asks")),
         Some(0) => (vec![false; count], "--shadows 0".into()),
-        None => {
-            let chosen: Vec<bool> =
-                lights.iter().zip(&seen).map(|(light, matters)| light.shadow && *matters > 0.0).collect();
-            let reach = chosen.iter().filter(|chosen| **chosen).count();
-            (chosen, format!("{asking} of {count} lights ask, {reach} of these reach what is seen"))
-        }
+        None => (asking_seen, format!("{asking} of {count} lights ask, {asking_reaching} of these reach what is seen")),
         Some(most) => {
-            let mut order: Vec<usize> = (0..count).filter(|&index| seen[index] > 0.0).collect();
-            order.sort_by(|&a, &b| seen[b].total_cmp(&seen[a]).then(a.cmp(&b)));
-            order.truncate(most as usize);
-            let mut chosen = vec![false; count];
-            order.iter().for_each(|&index| chosen[index] = true);
-            let taken = order.len();
+            let chosen = most_important(most as usize);
+            let taken = chosen.iter().filter(|chosen| **chosen).count();
             (chosen, format!("--shadows {most}: {taken} of {reaching} lights that reach what is seen"))
         }
     };
@@ -51,15 +61,16 @@ pub fn select(lighting: &mut Lighting, request: &Request, view: &View, extent: f
 }
 
 /// How much of a picture's light comes from one light: its mean illuminance within its range, in lux, times the share of the picture
-/// that its range covers; 0 where it reaches nothing that is seen.
-fn importance(light: &ResolvedLight, view: &View, extent: f64) -> f64 {
+/// that its range covers; 0 where it reaches nothing that is seen, as far as boxes and planes tell.
+fn importance(light: &ResolvedLight, view: &View, world: &World) -> f64 {
     let brightness = light.intensity.max_element();
     if light.kind == LightKind::Directional {
         return brightness;
     }
     let center = view.world_to_view.transform_point3(light.position);
     let Some(rectangle) = tangent_rectangle(center, light.range, view) else { return 0.0 };
-    if distance_range(center, light.range, view).is_none_or(|[near, _]| f64::from(near) > extent) {
+    let nearest = distance_range(center, light.range, view).map_or(f64::INFINITY, |[near, _]| f64::from(near));
+    if nearest > world.farthest || !reaches_scene(light, world) || !shines_into_view(light, world) {
         return 0.0;
     }
     let pixels = f64::from(view.width) * f64::from(view.height);
@@ -71,6 +82,6 @@ fn importance(light: &ResolvedLight, view: &View, extent: f64) -> f64 {
         _ => 1.0,
     };
     // The mean of 1 / d^2 in a ball of radius r is 3 / r^2.
-    let reach = light.range.min(2.0 * extent).max(1e-6);
+    let reach = light.range.min(2.0 * world.farthest).max(1e-6);
     brightness * cone * share * 3.0 / (reach * reach)
 }

@@ -220,7 +220,7 @@ fn materials_textures_and_what_they_need() {
     let bare = format!(r#""attributes":{{"POSITION":{p}}},"material":0"#);
     let scene = b.draw(&bare, &more).unwrap();
     assert!(scene.materials[scene.meshes[0].material].normal_texture.is_none());
-    assert!(warned(&scene, "normal map ignored") && warned(&scene, "sampled at (0, 0)"), "{:?}", scene.warnings);
+    assert!(warned(&scene, "drawn without either map") && warned(&scene, "sampled at (0, 0)"), "{:?}", scene.warnings);
 }
 
 #[test]
@@ -267,6 +267,30 @@ fn lights_keep_range_and_intensity_under_scale() {
     assert_eq!(lights[1].kind, LightKind::Spot { inner: 1.0, outer: 3.0 });
     assert!(lights[1].direction.abs_diff_eq(DVec3::Y, 1e-12), "a quarter turn about x: {}", lights[1].direction);
     assert_eq!((lights[2].kind, lights[2].direction, lights[2].range), (LightKind::Directional, DVec3::NEG_Z, None));
+}
+
+#[test]
+fn lights_ask_for_shadows_in_their_extras() {
+    let of = |extras: &str| {
+        let rest = format!(
+            r#""extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","name":"lamp","extras":{extras}}}]}}}},
+            "nodes":[{{"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}]"#
+        );
+        nodes(&rest)
+    };
+    for (extras, asks) in [
+        (r#"{"lampyris":{"shadow":true}}"#, true),
+        (r#"{"lampyris":{"shadow":false}}"#, false),
+        (r#"{"lampyris":{}}"#, false),
+        (r#"{"other":{"shadow":true}}"#, false),
+        (r#""text""#, false),
+    ] {
+        assert_eq!(of(extras).expect("a scene").lights[0].shadow, asks, "{extras}");
+    }
+    let refused = of(r#"{"lampyris":{"shadow":1}}"#).expect_err("a number").to_string();
+    assert!(refused.contains("light \"lamp\"") && refused.contains("lampyris.shadow"), "{refused}");
+    let noted = of(r#"{"lampyris":{"shadows":true}}"#).expect("a scene");
+    assert!(!noted.lights[0].shadow && warned(&noted, "1 member of extras.lampyris that is not known: ignored"));
 }
 
 #[test]

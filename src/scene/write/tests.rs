@@ -74,7 +74,7 @@ fn everything() -> Scene {
         position: DVec3::new(0.1, 1e7 + 0.3, -2.0),
         direction: DVec3::new(0.3, -0.8, 0.2).normalize(),
         range,
-        shadow: false,
+        shadow: name == "bulb",
     };
     let turned = DMat4::from_rotation_translation(DQuat::from_rotation_y(0.7), DVec3::new(0.1, 0.2, 0.3));
     let camera = |name: &str, projection| Camera { name: name.into(), camera_to_world: turned, projection };
