@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Nearest and farthest distance of each tile's samples, opaque ones or stretches from blended to opaque ones, and the mask of slots between them that hold samples: a thread a tile, or a group a
-// tile, whose threads each walk through every eighth row and column. Either way the same words: minimum, maximum and bitwise or do not depend
-// on order.
+// Nearest and farthest distance of each tile's samples, opaque ones or stretches from blended to opaque ones, and the mask of slots between
+// them that hold samples: a thread a tile, or a group a tile, whose threads each walk through every eighth row and column. Either way the
+// same words: minimum, maximum and bitwise or do not depend on order.
 #include "base.glsl"
 #include "cull.glsl"
 

@@ -1,6 +1,6 @@
 //! Cluster flags: the slices of tiles that hold blended fragments which no opaque surface hides, or samples where a pixel has several, as
-//! clusters in ascending order (O. Olsson,
-//! M. Billeter, U. Assarsson, HPG 2012, section 6.1: transparent surfaces flag their clusters in a pass of their own).
+//! clusters in ascending order (O. Olsson, M. Billeter, U. Assarsson, HPG 2012, section 6.1: transparent surfaces flag their clusters in a
+//! pass of their own).
 //!
 //! Reads: frame, instances, vertices, indices, depth (tested), tile grid, cluster grid. Writes: keys of flagged clusters, their number, an
 //! R32_UINT image of the place of each slice of a tile among them (`NO_CLUSTER` where none). Steps: fill, draw (fragments store 1, all of them the

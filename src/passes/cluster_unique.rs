@@ -2,7 +2,8 @@
 //!
 //! Reads: entries and their number. Writes: key of each cluster, first of its entries among the sorted ones, cluster of each entry, number
 //! of clusters. Steps: radix sort, heads (keys that differ from the one before), scan, gather. Groups of 64, a thread an entry, as many
-//! groups as the device finds entries. Limits: the plan's. Not added where a tile is one block: keys are ascending and distinct already. CPU twin: `reference/cluster_keys.rs`.
+//! groups as the device finds entries. Limits: the plan's. Not added where a tile is one block: keys are ascending and distinct already.
+//! CPU twin: `reference/cluster_keys.rs`.
 
 use super::cluster_keys::{Entries, add_total, words};
 use super::group_count::{self, Counted};

@@ -1,10 +1,11 @@
 //! Depth reduction: nearest and farthest distance of each tile's samples, and which slots between them hold samples (Harada, "A 2.5D
 //! culling for Forward+", SIGGRAPH Asia 2012).
 //!
-//! Reads: tile grid, depth, nearest blended fragments where bounds hold them. Writes: tile bounds, an RGBA32_UINT image of a texel a tile: two distances as bits, then a mask of 64 bits.
-//! Groups of 8x8 threads, a thread a tile, because serial runs are what CPU drivers are fastest at, or a group a tile, because GPUs want
-//! the opposite; the profile says which (`plan/tiles.rs`). Sky never enters; a tile of nothing but sky has its nearest distance beyond
-//! its farthest. Limits: none. CPU twin: `reference/depth_reduce.rs`.
+//! Reads: tile grid, depth, nearest blended fragments where bounds hold them. Writes: tile bounds, an RGBA32_UINT image of a texel a tile:
+//! two distances as bits, then a mask of 64 bits. Groups of 8x8 threads, a thread a tile, because serial runs are what CPU drivers are
+//! fastest at, or a group a tile, because GPUs want the opposite; the profile says which (`plan/tiles.rs`). Sky never enters opaque bounds,
+//! and a tile of nothing but sky has its nearest distance beyond its farthest; behind blended fragments it counts as far as anything is
+//! drawn. Limits: none. CPU twin: `reference/depth_reduce.rs`.
 
 use ash::vk;
 

@@ -124,14 +124,14 @@ impl Profile {
             lists_ms: 0.7,
             clusters_ms: 2.3,
             forced: Some(Forced {
-                prepass: 0.0,
+                prepass: -48.0,
                 transparency: 36.0,
                 alpha_mask: 18.0,
                 normal_maps: 9.0,
                 parallax: 7.0,
                 material_models: 1.0,
                 msaa: 208.0,
-                shadows: 27.0,
+                shadows: 24.0,
             }),
         }
     }
@@ -158,14 +158,14 @@ impl Profile {
             lists_ms: 0.5,
             clusters_ms: 1.0,
             forced: Some(Forced {
-                prepass: 0.0,
+                prepass: -105.0,
                 transparency: 82.0,
                 alpha_mask: 33.0,
                 normal_maps: 36.0,
                 parallax: 0.0,
                 material_models: 2.0,
                 msaa: 720.0,
-                shadows: 132.0,
+                shadows: 121.0,
             }),
         }
     }
