@@ -9,6 +9,7 @@ pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
 pub use effects::{EffectArgs, ShadowUpdateArg, TransparentBoundsArg, TransparentSortArg};
+pub use gi::{GiArg, GiArgs};
 pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;
@@ -16,6 +17,7 @@ mod bench;
 mod debug_view;
 mod deferred;
 mod effects;
+mod gi;
 mod light_lists;
 
 /// A Vulkan renderer for scenes with very many lights, every step explicit.
@@ -111,6 +113,9 @@ pub struct Shared {
     /// Effects.
     #[command(flatten)]
     pub effects: EffectArgs,
+    /// Bounced light.
+    #[command(flatten)]
+    pub bounced: GiArgs,
     /// Draw a small sphere of each light's colour where it stands.
     #[arg(long)]
     pub show_lights: bool,

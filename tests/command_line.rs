@@ -43,12 +43,46 @@ fn a_wrong_command_line_is_status_2() {
     refused(&["render", "--technique", "reference", "--counters"], 2, "uses none");
     refused(&["render", "--fov", "0", "--look-from", "0,0,0", "--look-at", "0,0,1"], 2, "between 0 and 180");
     refused(&["render", "--fov", "50"], 2, "--look-from");
+    refused(&["plan", "--limits", "minimum", "--gi", "path"], 2, "--technique reference");
+    refused(&["plan", "--limits", "minimum", "--spp", "4"], 2, "options of --gi path");
+    refused(&["render", "--gi", "path", "--spp", "0"], 2, "0 is not in 1..=1000000");
     refused(&["diff", "a.exr", "b.exr", "-o", "heat.exr"], 2, ".png");
     refused(&["bench", "lights", "--lights", "0"], 2, "0 is not in 1..=16777216");
     refused(&["bench", "lights", "--path", "way.json"], 2, "this experiment has none");
     refused(&["check", "--only", "no_such"], 2, "--only no_such: no check has that in its name: layout, ");
     refused(&["plan", "--limits", "minimum", "--light-range", "2", "--light-cutoff", "1"], 2, "give one");
     refused(&["plan", "--limits", "minimum", "--ambient=-1,0,0"], 2, "non-negative");
+}
+
+#[test]
+fn bounced_light_is_traced_apart_and_added() {
+    let folder = scratch("gi");
+    let picture = folder.join("a.exr").display().to_string();
+    let traced =
+        ["render", "builtin:cornell", "--technique", "reference", "--size", "24x16", "--gi", "path", "--spp", "8"];
+    let output = lampyris(&[&traced[..], &["--layers", "--json", "-", "-o", &picture]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        (&value["gi"]["mode"], &value["gi"]["spp"], &value["gi"]["seed"]),
+        (&"path".into(), &8.into(), &1.into())
+    );
+    assert!(value["gi"]["standard_error"].as_f64().is_some_and(|error| error > 0.0));
+    let image = exr::prelude::read_first_flat_layer_from_file(&picture).expect("a picture");
+    let of = |name: &str| -> Vec<f32> {
+        let channel = image.layer_data.channel_data.list.iter().find(|channel| channel.name.to_string() == name);
+        channel.expect(name).sample_data.values_as_f32().collect()
+    };
+    let mut bounced = 0.0;
+    for channel in ["R", "G", "B"] {
+        let [whole, direct, indirect] = ["", "direct.", "indirect."].map(|layer| of(&format!("{layer}{channel}")));
+        for ((w, d), i) in whole.iter().zip(&direct).zip(&indirect) {
+            assert!((w - d - i).abs() <= 1e-5 * w.abs(), "{w} is not {d} and {i}");
+            bounced += i;
+        }
+    }
+    assert!(bounced > 0.0);
+    std::fs::remove_dir_all(folder).expect("removed");
 }
 
 #[test]

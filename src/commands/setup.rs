@@ -6,14 +6,14 @@ use glam::{DVec3, Vec3};
 
 use crate::cli::{
     AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
-    DepthReduceArg, FetchArg, GbufferArg, LimitsChoice, OnOff, ShadingArg, ShadowUpdateArg, Shared, TechniqueChoice,
-    TransparentBoundsArg, TransparentSortArg,
+    DepthReduceArg, FetchArg, GbufferArg, GiArg, GiArgs, LimitsChoice, OnOff, ShadingArg, ShadowUpdateArg, Shared,
+    TechniqueChoice, TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
 use crate::plan::overrides;
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
-    FetchChoice, GbufferLayout, Limits, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    FetchChoice, GbufferLayout, Gi, Limits, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
@@ -75,7 +75,7 @@ pub fn range(metres: f64) -> RangeRule {
 }
 
 fn rules(shared: &Shared) -> Result<LightRules> {
-    let mut rules = LightRules::default();
+    let mut rules = LightRules { emission_lights: shared.bounced.gi != GiArg::Off, ..LightRules::default() };
     if let Some([r, g, b]) = shared.ambient {
         rules.ambient = Vec3::new(r as f32, g as f32, b as f32);
     }
@@ -218,6 +218,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             TransparentSortArg::Object => TransparentSort::Object,
             TransparentSortArg::Triangle => TransparentSort::Triangle,
         },
+        gi: gi(&shared.bounced)?,
         show_lights: shared.show_lights,
         camera,
         debug_view: shared.debug_view.map(|view| match view {
@@ -242,6 +243,16 @@ pub fn request(shared: &Shared) -> Result<Request> {
             DebugViewArg::GbufferEmission => DebugView::GbufferEmission,
         }),
     })
+}
+
+fn gi(args: &GiArgs) -> Result<Gi> {
+    match (args.gi, args.spp.is_some() || args.gi_seed.is_some()) {
+        (GiArg::Off, false) => Ok(Gi::Off),
+        (GiArg::Off, true) => Err(Error::usage("--spp and --gi-seed are options of --gi path")),
+        (GiArg::Path, _) => {
+            Ok(Gi::Path { paths: args.spp.unwrap_or(Gi::PATHS), seed: args.gi_seed.unwrap_or(Gi::SEED) })
+        }
+    }
 }
 
 /// The limits that plans are made for.

@@ -44,7 +44,7 @@ pub use limits::Limits;
 pub use overrides::EffectName;
 pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
-    GbufferLayout, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    GbufferLayout, Gi, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
 pub use shadows::Shadows;
 pub use tiles::Tiles;
@@ -84,6 +84,8 @@ pub struct Plan {
     pub shadows: Option<Shadows>,
     /// How blended surfaces are lit and mixed; `None` where there are none.
     pub transparency: Option<Transparency>,
+    /// Bounced light.
+    pub gi: Gi,
     /// Spheres that show where lights are; empty where they are not wanted.
     pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
@@ -138,6 +140,12 @@ impl Plan {
 
     fn of_technique(scene: &Scene, request: &Request, limits: &Limits, technique_why: String) -> Result<Self> {
         check_size(request, limits)?;
+        if request.gi != Gi::Off && request.technique != Technique::Reference {
+            let name = request.technique.name();
+            return Err(Error::usage(format!(
+                "--gi path is traced on the CPU, by --technique reference and not by {name}"
+            )));
+        }
         let mut notes = Vec::new();
         let camera = request.camera(scene, &mut notes)?;
         let view = View::new(&camera, request.width, request.height)?;
@@ -187,6 +195,7 @@ impl Plan {
             light_parts: LightParts::WHOLE,
             shadows,
             transparency: None,
+            gi: request.gi,
             markers,
             geometry,
             materials,

@@ -12,7 +12,7 @@ use crate::scene::shading::Shading;
 use crate::scene::{Camera, Projection, Scene};
 
 pub use choices::{
-    Accumulation, AssignChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice, GbufferLayout,
+    Accumulation, AssignChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Gi,
     ShadowUpdate, TransparentBounds, TransparentSort,
 };
 
@@ -140,6 +140,8 @@ pub struct Request {
     pub transparent_bounds: Option<TransparentBounds>,
     /// What of blended surfaces is put in order.
     pub transparent_sort: TransparentSort,
+    /// Bounced light.
+    pub gi: Gi,
     /// A small sphere where each light stands.
     pub show_lights: bool,
     /// Which camera.
@@ -180,6 +182,7 @@ impl Default for Request {
             strict: false,
             transparent_bounds: None,
             transparent_sort: TransparentSort::Object,
+            gi: Gi::Off,
             show_lights: false,
             camera: CameraChoice::Default,
             debug_view: None,

@@ -1,6 +1,8 @@
 //! The reference picture: one ray through each pixel's centre, f64 throughout. Blended surfaces are mixed in the order in which the ray
 //! meets them, whatever a rasteriser's draws were sorted by.
 
+mod bounced;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec3, DVec4};
@@ -16,6 +18,8 @@ use crate::error::{Error, Result};
 use crate::math::samples::locations;
 use crate::scene::view::View;
 use crate::scene::{AlphaMode, Material, Scene};
+
+pub use bounced::{Bounced, Paths};
 
 /// A scene prepared for one view: triangles in view space, their hierarchy, decoded textures.
 pub struct Reference<'a> {
@@ -207,10 +211,10 @@ impl<'a> Reference<'a> {
 
     /// The opaque surface of a pixel with the blended ones over it.
     fn mixed(&self, view: &View, at: [u32; 2], shader: &Shader) -> Pixel {
-        let opaque = self.pixel(view, at, self.surface_in(view, at), shader);
+        let opaque = self.pixel(self.surface_in(view, at), shader);
         self.blended_in(view, at).iter().fold(opaque, |(rgba, depth, id), hit| {
             let alpha = hit.surface.alpha.clamp(0.0, 1.0);
-            let color = (self.radiance(view, at, shader, hit) * alpha).extend(alpha);
+            let color = (self.radiance(shader, hit) * alpha).extend(alpha);
             let mixed = color + DVec4::from_array(rgba) * (1.0 - alpha);
             // FNV-1a's step: which surfaces, and in which order.
             let group = self.owners[hit.triangle as usize].group;
@@ -219,7 +223,7 @@ impl<'a> Reference<'a> {
     }
 
     /// What leaves a surface towards the eye; rays look for what stands between it and lights that have shadows.
-    fn radiance(&self, view: &View, at: [u32; 2], shader: &Shader, hit: &Hit) -> DVec3 {
+    fn radiance(&self, shader: &Shader, hit: &Hit) -> DVec3 {
         let position = hit.surface.position;
         let blocked = |way: DVec3, ends: bool| {
             let ray = Ray {
@@ -230,29 +234,15 @@ impl<'a> Reference<'a> {
                 // A light may lie on a surface.
                 max: if ends { 1.0 - 1e-7 } else { f64::INFINITY },
             };
-            self.bvh.any(&ray, |crossing| self.blocks(view, at, way, crossing))
+            self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
         };
         shader.radiance_past(&hit.surface, &blocked)
     }
 
-    /// Both faces of what is opaque, and of what a mask leaves, stand in the way of light; parallax is for the eye.
-    fn blocks(&self, view: &View, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> bool {
-        match self.material(crossing).alpha {
-            AlphaMode::Opaque => true,
-            AlphaMode::Blend => false,
-            AlphaMode::Mask(cutoff) => {
-                // A point has no footprint: the finest level.
-                let weights = Weights { at: crossing.weights, dx: DVec3::ZERO, dy: DVec3::ZERO };
-                let fragment = Fragment { weights, ..self.fragment(view, pixel, direction, crossing) };
-                fragment.unshifted_base().w >= f64::from(cutoff)
-            }
-        }
-    }
-
-    fn pixel(&self, view: &View, at: [u32; 2], hit: Option<Hit>, shader: &Shader) -> Pixel {
+    fn pixel(&self, hit: Option<Hit>, shader: &Shader) -> Pixel {
         match hit {
             Some(hit) => {
-                let rgba = self.radiance(view, at, shader, &hit).extend(1.0).to_array();
+                let rgba = self.radiance(shader, &hit).extend(1.0).to_array();
                 (rgba, hit.depth, self.owners[hit.triangle as usize].group)
             }
             None => ([0.0; 4], f64::INFINITY, u32::MAX),
@@ -286,6 +276,11 @@ impl<'a> Reference<'a> {
     }
 
     fn fragment(&self, view: &View, pixel: [u32; 2], direction: DVec3, crossing: &Crossing) -> Fragment<'_> {
+        let to_viewer = if view.lens.is_perspective() { -direction.normalize() } else { DVec3::Z };
+        self.fragment_of(crossing, direction, self.weights(view, pixel, crossing), to_viewer)
+    }
+
+    fn fragment_of(&self, crossing: &Crossing, direction: DVec3, weights: Weights, to_viewer: DVec3) -> Fragment<'_> {
         let Owner { instance, triangle, .. } = self.owners[crossing.triangle as usize];
         let mesh = &self.scene.meshes[self.scene.instances[instance as usize].mesh];
         let first = triangle as usize * 3;
@@ -295,9 +290,9 @@ impl<'a> Reference<'a> {
             placement: &self.placements[instance as usize],
             textures: &self.textures,
             vertices: [0, 1, 2].map(|k| mesh.indices[first + k] as usize),
-            weights: self.weights(view, pixel, crossing),
+            weights,
             face: self.face(direction, crossing.triangle),
-            to_viewer: if view.lens.is_perspective() { -direction.normalize() } else { DVec3::Z },
+            to_viewer,
         }
     }
 

@@ -45,6 +45,17 @@ pub struct Shader<'a> {
     perspective: bool,
 }
 
+/// What one light sends to a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// Lux by channel.
+    pub irradiance: DVec3,
+    /// From the surface to the light, or to where it shines from.
+    pub way: DVec3,
+    /// The light is at the end of the way, else infinitely far.
+    pub ends: bool,
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Reach {
     /// View space.
@@ -101,6 +112,26 @@ impl<'a> Shader<'a> {
             }
         }
         radiance + self.ambient * surface.occlusion * surface.base_color + surface.emissive
+    }
+
+    /// What each light sends to a place without anything in its way, of lights that send something: for surfaces that know no direction.
+    pub fn sent(&self, position: DVec3, normal: DVec3) -> Vec<Sent> {
+        let mut all = Vec::new();
+        for (id, reach) in self.reach.iter().enumerate() {
+            let to_light = reach.position - position;
+            let distance_squared = to_light.length_squared().max(MIN_DISTANCE_SQUARED);
+            if distance_squared >= reach.range_squared {
+                continue;
+            }
+            let (l, strength) = self.strength(id, to_light, distance_squared);
+            let nl = normal.dot(l);
+            if nl > 0.0 && strength > 0.0 {
+                let ends = self.lights[id].kind != LightKind::Directional;
+                let irradiance = self.lights[id].intensity * strength * nl;
+                all.push(Sent { irradiance, way: if ends { to_light } else { l }, ends });
+            }
+        }
+        all
     }
 
     /// The direction to the light, and what its intensity is multiplied with: falloff, window and cone.

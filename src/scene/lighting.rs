@@ -79,11 +79,18 @@ pub struct LightRules {
     pub attenuation: Attenuation,
     /// Where ranges come from.
     pub range: RangeRule,
+    /// Emission lights other surfaces: a scene that emits needs no default light.
+    pub emission_lights: bool,
 }
 
 impl Default for LightRules {
     fn default() -> Self {
-        Self { ambient: Vec3::ZERO, attenuation: Attenuation::PHYSICAL, range: RangeRule::Cutoff(DEFAULT_CUTOFF) }
+        Self {
+            ambient: Vec3::ZERO,
+            attenuation: Attenuation::PHYSICAL,
+            range: RangeRule::Cutoff(DEFAULT_CUTOFF),
+            emission_lights: false,
+        }
     }
 }
 
@@ -144,7 +151,8 @@ impl Lighting {
     pub fn new(scene: &Scene, rules: &LightRules) -> Result<Self> {
         check_rules(rules)?;
         // Emission lights nothing but itself while no bounced light is drawn.
-        let default_light = scene.lights.is_empty() && rules.ambient == Vec3::ZERO;
+        let emits = rules.emission_lights && scene.materials.iter().any(|material| material.emissive != [0.0; 3]);
+        let default_light = scene.lights.is_empty() && rules.ambient == Vec3::ZERO && !emits;
         let mut own = Vec::new();
         if default_light {
             own.push(Light {

@@ -13,8 +13,8 @@ use crate::measure::memory::ProcessMemory;
 use crate::measure::picture::Picture;
 use crate::measure::times::FrameTimes;
 use crate::passes;
-use crate::plan::Plan;
-use crate::reference::render::Reference;
+use crate::plan::{Gi, Plan};
+use crate::reference::render::{Paths, Reference};
 use crate::reference::shade::Shader;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
@@ -43,6 +43,15 @@ pub(super) struct Outcome {
     /// `None` without `--validate`.
     pub(super) validation: Option<Vec<String>>,
     pub(super) process: ProcessMemory,
+    /// `None` where no paths were traced.
+    pub(super) bounced: Option<TracedPaths>,
+}
+
+/// What tracing bounced light gave beside the picture.
+pub(super) struct TracedPaths {
+    /// Of the picture of bounced light; `None` of a single path.
+    pub(super) standard_error: Option<f64>,
+    pub(super) ms: f64,
 }
 
 /// When the process began, and its memory so far.
@@ -111,7 +120,22 @@ pub(super) fn trace(scene: &Scene, plan: &Plan, (started, mut process): Watch) -
     let wall = start.elapsed().as_secs_f64() * 1e3;
     bar.finish_and_clear();
     let mut picture = Picture::new(traced.width, traced.height);
-    picture.add_layer("radiance", traced.rgba.iter().flatten().map(|&x| x as f32).collect());
+    let mut bounced = None;
+    let mut rgba = traced.rgba;
+    if let Gi::Path { paths, seed } = plan.gi {
+        let bar = measured::progress(u64::from(plan.view.height), "tracing paths");
+        let start = Instant::now();
+        let found = reference.bounced(&shader, Paths { count: paths, seed }, &|rows| bar.set_position(rows));
+        bar.finish_and_clear();
+        picture.add_layer("direct", rgba.iter().flatten().map(|&x| x as f32).collect());
+        let opaque = found.rgb.iter().zip(&rgba).flat_map(|(rgb, direct)| [rgb[0], rgb[1], rgb[2], direct[3]]);
+        picture.add_layer("indirect", opaque.map(|x| x as f32).collect());
+        for (pixel, added) in rgba.iter_mut().zip(&found.rgb) {
+            (0..3).for_each(|channel| pixel[channel] += added[channel]);
+        }
+        bounced = Some(TracedPaths { standard_error: found.standard_error, ms: start.elapsed().as_secs_f64() * 1e3 });
+    }
+    picture.add_layer("radiance", rgba.iter().flatten().map(|&x| x as f32).collect());
     let depth = traced.depth.iter().map(|&z| if z.is_finite() { z as f32 } else { f32::INFINITY });
     picture.add_layer("distance", depth.collect());
     process.stage("tracing");
@@ -121,6 +145,7 @@ pub(super) fn trace(scene: &Scene, plan: &Plan, (started, mut process): Watch) -
         device: json!({ "name": "CPU", "driver": "reference, f64", "api": null, "kind": "cpu" }),
         driver_line: "CPU reference, f64".into(),
         first_frame_ms: started.elapsed().as_secs_f64() * 1e3,
+        bounced,
         process,
         ..Outcome::default()
     })

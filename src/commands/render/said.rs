@@ -6,7 +6,7 @@ use super::outcome::Outcome;
 use crate::cli::Render;
 use crate::commands::{plan, report};
 use crate::lists::Counters;
-use crate::plan::{DebugView, Plan, Technique};
+use crate::plan::{DebugView, Gi, Plan, Technique};
 use crate::scene::Scene;
 
 /// What a picture file says of itself, by keyword.
@@ -39,6 +39,15 @@ pub(super) fn text(
     let frame = outcome.times.frame();
     if plan.technique == Technique::Reference {
         out += &format!("traced    {:.2} s\n", frame.median / 1e3);
+        if let (Some(bounced), Gi::Path { paths, seed }) = (&outcome.bounced, plan.gi) {
+            let error = bounced
+                .standard_error
+                .map_or("unknown of one path".into(), |e| format!("{:.2} % of its mean", 100.0 * e));
+            let seconds = bounced.ms / 1e3;
+            out += &format!(
+                "bounced   {seconds:.2} s, {paths} paths a pixel, seed {seed}; standard error of a pixel {error}\n"
+            );
+        }
     } else {
         out += &format!(
             "frame     {:.2} ms median of {} ({:.2} to {:.2})\n",
@@ -119,6 +128,7 @@ pub(super) fn machine_form(
         "memory": memory,
         "process_memory": outcome.process,
         "counters": counters_json(plan, outcome),
+        "gi": gi_json(plan, outcome),
         "exposure_ev": ev,
         "notes": plan.notes.iter().chain(&scene.warnings).cloned().chain(clamped_note(outcome)).collect::<Vec<_>>(),
         "output": args.output.display().to_string(),
@@ -126,6 +136,21 @@ pub(super) fn machine_form(
             "enabled": outcome.validation.is_some(),
             "messages": outcome.validation.as_ref().map_or(0, Vec::len),
         },
+    })
+}
+
+/// How bounced light was made.
+fn gi_json(plan: &Plan, outcome: &Outcome) -> Value {
+    let (paths, seed) = match plan.gi {
+        Gi::Off => (None, None),
+        Gi::Path { paths, seed } => (Some(paths), Some(seed)),
+    };
+    json!({
+        "mode": plan.gi.name(),
+        "spp": paths,
+        "seed": seed,
+        "standard_error": outcome.bounced.as_ref().and_then(|bounced| bounced.standard_error),
+        "ms": outcome.bounced.as_ref().map(|bounced| bounced.ms),
     })
 }
 

@@ -244,3 +244,32 @@ impl ShadowUpdate {
         }
     }
 }
+
+/// Diffuse light that did not come straight from a punctual light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gi {
+    /// None.
+    Off,
+    /// Paths on the CPU.
+    Path {
+        /// Of each pixel.
+        paths: u32,
+        /// Of their directions.
+        seed: u64,
+    },
+}
+
+impl Gi {
+    /// Paths of a pixel where nothing is said.
+    pub const PATHS: u32 = 64;
+    /// Seed where nothing is said.
+    pub const SEED: u64 = 1;
+
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Path { .. } => "path",
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::maps::{World, reaches_scene, shines_into_view};
 use crate::plan::projection::{distance_range, tangent_rectangle};
-use crate::plan::{EffectName, Request};
+use crate::plan::{EffectName, Gi, Request};
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::View;
 use crate::scene::{LightKind, Scene};
@@ -23,7 +23,8 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
     let lights = &mut lighting.lights;
     let count = lights.len();
     let asking = lights.iter().filter(|light| light.shadow).count();
-    let idle = matches!((request.shadows, asking, forced), (Some(0), ..) | (None, 0, false));
+    let wanted = forced || request.gi != Gi::Off;
+    let idle = matches!((request.shadows, asking, wanted), (Some(0), ..) | (None, 0, false));
     let seen: Vec<f64> = if idle || scene.bounds().is_empty() {
         vec![0.0; count]
     } else {
@@ -46,6 +47,10 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
         None if forced && asking_reaching == 0 => {
             (most_important(1), format!("the light that matters most of {reaching} that reach what is seen"))
         }
+        None if request.gi != Gi::Off => (
+            most_important(count),
+            format!("--gi {}: all {reaching} lights that reach what is seen", request.gi.name()),
+        ),
         None if asking == 0 => (vec![false; count], format!("none of {count} lights asks")),
         Some(0) => (vec![false; count], "--shadows 0".into()),
         None => (asking_seen, format!("{asking} of {count} lights ask, {asking_reaching} of these reach what is seen")),
