@@ -120,6 +120,7 @@ pub mod measure;
 pub mod passes;
 pub mod plan;
 pub mod profile_file;
+pub mod radiosity;
 pub mod record;
 pub mod reference;
 pub mod renderer;

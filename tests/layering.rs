@@ -40,6 +40,7 @@ const RULES: &[(&str, &[&str])] = &[
         &["scene", "plan", "graph", "passes", "record", "submit", "reference", "gpu", "renderer", "commands", "cli"],
     ),
     ("reference", &["plan", "graph", "passes", "record", "submit", "measure", "gpu", "renderer", "commands", "cli"]),
+    ("radiosity", &["plan", "graph", "passes", "record", "submit", "measure", "gpu", "renderer", "commands", "cli"]),
     ("renderer", &["commands", "cli", "checks"]),
     ("lists", &["commands", "cli", "checks"]),
     ("gbuffer", &["commands", "cli", "checks"]),

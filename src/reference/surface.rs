@@ -26,7 +26,7 @@ pub const MIN_ROUGHNESS: f64 = crate::shared::MIN_ROUGHNESS as f64;
 const ABSENT: f64 = 1e-12;
 
 /// All that shading needs to know about a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Surface {
     /// View space, metres.
     pub position: DVec3,

@@ -132,6 +132,19 @@ impl View {
         Ok(view)
     }
 
+    /// A view whose space is the world: for what asks for rays and not for pictures.
+    pub fn of_world() -> Self {
+        Self {
+            name: "world".into(),
+            world_to_view: DMat4::IDENTITY,
+            lens: Lens::Perspective(Extents { left: -1.0, right: 1.0, bottom: -1.0, top: 1.0 }),
+            znear: 1e-3,
+            zfar: None,
+            width: 1,
+            height: 1,
+        }
+    }
+
     /// The point of the image plane under the centre of pixel (`x`, `y`), row 0 at the top; see [`Lens`] for units.
     pub fn image_point(&self, x: f64, y: f64) -> DVec2 {
         let e = self.lens.extents();

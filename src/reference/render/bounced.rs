@@ -92,6 +92,47 @@ impl Reference<'_> {
         Bounced { rgb, standard_error }
     }
 
+    /// Something that stops light lies between two points, world space where the view is [`View::of_world`]; neither end counts.
+    pub fn is_blocked(&self, from: DVec3, to: DVec3) -> bool {
+        let way = to - from;
+        let min = 1e-7 * (1.0 + from.length() / way.length());
+        let ray = Ray { origin: from, direction: way, min, max: 1.0 - min };
+        self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
+    }
+
+    /// Light that goes this way meets a surface on a side that may send it on.
+    pub fn meets_a_patch(&self, from: DVec3, direction: DVec3) -> bool {
+        self.met(from, direction).is_some_and(|(stand, _)| stand.active && !stand.surface.unlit)
+    }
+
+    /// Light that goes this way meets the back of a surface that has none.
+    pub fn meets_a_back(&self, from: DVec3, direction: DVec3) -> bool {
+        self.met(from, direction).is_some_and(|(stand, _)| !stand.active)
+    }
+
+    /// Irradiance straight from punctual lights at a place of a surface, past what stands in their way; lux by channel.
+    pub fn irradiance(&self, shader: &Shader, position: DVec3, normal: DVec3) -> DVec3 {
+        let reaches = |way: DVec3, ends: bool| {
+            let min = 1e-7 * (1.0 + position.length() / way.length());
+            let ray = Ray { origin: position, direction: way, min, max: if ends { 1.0 - 1e-7 } else { f64::INFINITY } };
+            !self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
+        };
+        shader.sent(position, normal).iter().filter(|s| reaches(s.way, s.ends)).map(|s| s.irradiance).sum()
+    }
+
+    /// Mean irradiance of bounced light at places of one plane, so many paths from each; lux by channel.
+    pub fn bounced_irradiance(&self, shader: &Shader, places: &[DVec3], normal: DVec3, paths: Paths) -> DVec3 {
+        let light = &Light { shader, emitters: &Emitters::new(self) };
+        let mut random = Random::new(paths.seed);
+        let mut sum = DVec3::ZERO;
+        for &position in places {
+            let surface = Surface { position, normal, ..Surface::default() };
+            let stand = Stand { surface, geometric: normal, active: true };
+            (0..paths.count).for_each(|_| sum += self.gathered(&stand, light, &mut random));
+        }
+        sum * PI / (places.len() as f64 * f64::from(paths.count))
+    }
+
     /// Sums over the even and over the odd paths of a pixel.
     fn halves(&self, at: [u32; 2], light: &Light, paths: Paths) -> [DVec3; 2] {
         let pixel = u64::from(at[1]) << 32 | u64::from(at[0]);

@@ -1,0 +1,232 @@
+//! Form factors between all patches: near ones by the closed form, others by points, times the share of rays between them that nothing stops.
+//!
+//! What is computed is the exchange `A_i F_ij = A_j F_ji`, once for each pair. Afterwards rows are scaled symmetrically (each by a factor of its own,
+//! to both sides) so that each sums to the share of light that meets any patch, which rays from the patch itself tell; the report says by how much.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::kernel;
+use super::patches::{Patch, Patches, by_cosine};
+use crate::error::{Error, Result};
+use crate::math::random::Random;
+use crate::reference::render::Reference;
+
+/// Patches nearer than so many times the sum of their radii exchange by the closed form.
+const NEAR: f64 = 1.5;
+/// Farther than so many times the larger diameter one point of each is enough.
+const FAR: f64 = 8.0;
+/// Pairs of points between those, and rays of a near pair.
+const SAMPLES: u32 = 16;
+/// Rays of a far pair.
+const FAR_RAYS: u32 = 4;
+/// Rays from each patch that tell what its row sums to.
+const ROW_RAYS: u32 = 256;
+/// Rounds of scaling; the sum of a row is off by the square of what it was after each.
+const ROUNDS: u32 = 40;
+
+/// Form factors of `count` patches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Factors {
+    /// Patches.
+    pub count: usize,
+    /// Row i, column j: share of the light that leaves patch i and meets patch j.
+    pub rows: Vec<f32>,
+    /// How they came to be.
+    pub report: Report,
+}
+
+/// What was computed, and how good it was.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Report {
+    /// Pairs by the closed form, by points and by one point.
+    pub pairs: [u64; 3],
+    /// Rays between patches.
+    pub rays: u64,
+    /// Smallest, mean and largest sum of a row over the share of light that rays from it find to meet a patch, before scaling.
+    pub row_sums: [f64; 3],
+    /// The largest change that scaling made to a row's own factor.
+    pub largest_scale: f64,
+}
+
+impl Factors {
+    /// All pairs, on all cores. `progress` gets the number of rows done so far.
+    ///
+    /// # Errors
+    /// More patches than a matrix of so many rows and columns is made of here.
+    pub fn new(patches: &Patches, occluders: &Reference, seed: u64, progress: &(dyn Fn(u64) + Sync)) -> Result<Self> {
+        let count = patches.list.len();
+        if count > 1 << 15 {
+            return Err(Error::new(format!("{count} patches: at most 32768 have a matrix here")));
+        }
+        let done = AtomicU64::new(0);
+        let counters: [AtomicU64; 4] = Default::default();
+        let row = |i: usize| -> Vec<f32> {
+            let row = ((i + 1)..count)
+                .map(|j| {
+                    let mut random =
+                        Random::new(seed ^ ((i as u64) << 32 | j as u64).wrapping_mul(0x9E6C_63D0_876A_46D5));
+                    exchange(&patches.list[i], &patches.list[j], occluders, &mut random, &counters) as f32
+                })
+                .collect();
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            row
+        };
+        let upper: Vec<Vec<f32>> = (0..count).into_par_iter().map(row).collect();
+        let mut rows = vec![0f32; count * count];
+        for (i, row) in upper.iter().enumerate() {
+            for (offset, &value) in row.iter().enumerate() {
+                let j = i + 1 + offset;
+                (rows[i * count + j], rows[j * count + i]) = (value, value);
+            }
+        }
+        drop(upper);
+        let [near, between, far, rays] = counters.map(AtomicU64::into_inner);
+        let mut factors =
+            Self { count, rows, report: Report { pairs: [near, between, far], rays, ..Report::default() } };
+        factors.scale(patches, occluders, seed);
+        Ok(factors)
+    }
+
+    /// From exchanges to form factors whose rows sum to what rays find.
+    fn scale(&mut self, patches: &Patches, occluders: &Reference, seed: u64) {
+        let count = self.count;
+        let targets: Vec<f64> = patches
+            .list
+            .par_iter()
+            .enumerate()
+            .map(|(i, patch)| row_target(patch, occluders, seed ^ i as u64))
+            .collect();
+        let mut scales = vec![1.0f64; count];
+        for round in 0..ROUNDS {
+            let sums: Vec<f64> = (0..count)
+                .into_par_iter()
+                .map(|i| {
+                    let row = &self.rows[i * count..(i + 1) * count];
+                    let sum: f64 = row.iter().zip(&scales).map(|(x, scale)| f64::from(*x) * scale).sum();
+                    sum * scales[i] / patches.list[i].area
+                })
+                .collect();
+            if round == 0 {
+                let shares: Vec<f64> =
+                    sums.iter().zip(&targets).filter(|(_, t)| **t > 0.0).map(|(sum, target)| sum / target).collect();
+                let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+                let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
+                self.report.row_sums = [least, mean, shares.iter().copied().fold(0.0, f64::max)];
+            }
+            for ((scale, sum), target) in scales.iter_mut().zip(&sums).zip(&targets) {
+                if *sum > 0.0 {
+                    *scale *= (target / sum).sqrt();
+                }
+            }
+        }
+        self.report.largest_scale = scales.iter().map(|scale| (scale - 1.0).abs()).fold(0.0, f64::max);
+        let scales = &scales;
+        self.rows.par_chunks_mut(count.max(1)).enumerate().for_each(|(i, row)| {
+            let own = scales[i] / patches.list[i].area;
+            row.iter_mut().zip(scales).for_each(|(x, other)| *x = (f64::from(*x) * own * other) as f32);
+        });
+    }
+
+    /// Row i.
+    pub fn row(&self, i: usize) -> &[f32] {
+        &self.rows[i * self.count..(i + 1) * self.count]
+    }
+}
+
+/// Square metres: light that leaves one patch and meets the other.
+fn exchange(
+    a: &Patch,
+    b: &Patch,
+    occluders: &Reference,
+    random: &mut Random,
+    [near, between, far, rays]: &[AtomicU64; 4],
+) -> f64 {
+    if !sees(a, b) || !sees(b, a) {
+        return 0.0;
+    }
+    let distance = a.center.distance(b.center);
+    let count = |counter: &AtomicU64, more: u64| {
+        counter.fetch_add(more, Ordering::Relaxed);
+    };
+    let mut samples = |n: u32| -> Vec<[DVec3; 2]> {
+        (0..n).map(|k| [point_on(a, k, n, random), point_on(b, (k * 7 + 3) % n, n, random)]).collect()
+    };
+    if distance > FAR * 2.0 * a.radius.max(b.radius) {
+        count(far, 1);
+        let geometry = point_kernel(a.center, a.normal, b.center, b.normal);
+        if geometry == 0.0 {
+            return 0.0;
+        }
+        count(rays, FAR_RAYS.into());
+        let open = samples(FAR_RAYS).iter().filter(|[p, q]| !occluders.is_blocked(*p, *q)).count();
+        return geometry * a.area * b.area * open as f64 / f64::from(FAR_RAYS);
+    }
+    count(rays, SAMPLES.into());
+    if distance < NEAR * (a.radius + b.radius) {
+        count(near, 1);
+        // Of pairs that would exchange something, those that nothing stops.
+        let (mut open, mut all) = (0.0, 0.0);
+        for [p, q] in samples(SAMPLES) {
+            let weight = point_kernel(p, a.normal, q, b.normal);
+            all += weight;
+            open += if weight > 0.0 && !occluders.is_blocked(p, q) { weight } else { 0.0 };
+        }
+        if open == 0.0 {
+            return 0.0;
+        }
+        let exact: f64 = a.triangles.iter().flat_map(|t| b.triangles.iter().map(move |u| kernel::exchange(t, u))).sum();
+        return exact * open / all;
+    }
+    count(between, 1);
+    let sum: f64 = samples(SAMPLES)
+        .iter()
+        .map(|[p, q]| {
+            let weight = point_kernel(*p, a.normal, *q, b.normal);
+            if weight > 0.0 && !occluders.is_blocked(*p, *q) { weight } else { 0.0 }
+        })
+        .sum();
+    sum / f64::from(SAMPLES) * a.area * b.area
+}
+
+/// Some of the other lies in front.
+fn sees(patch: &Patch, other: &Patch) -> bool {
+    let slack = 1e-9 * (patch.radius + other.radius);
+    other.triangles.iter().flatten().any(|p| (*p - patch.center).dot(patch.normal) > slack)
+}
+
+/// Form factor over area between two small pieces, 1 / m^2.
+fn point_kernel(p: DVec3, n: DVec3, q: DVec3, m: DVec3) -> f64 {
+    let way = q - p;
+    let squared = way.length_squared();
+    let cosines = n.dot(way).max(0.0) * (-m.dot(way)).max(0.0);
+    if cosines > 0.0 { cosines / (std::f64::consts::PI * squared * squared) } else { 0.0 }
+}
+
+/// A point of a patch: stratum k of n by area, anywhere in the triangle that it falls on.
+pub(super) fn point_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> DVec3 {
+    let mut left = (f64::from(k) + random.unit_f64()) / f64::from(n) * patch.area;
+    let area = |t: &[DVec3; 3]| 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
+    let chosen = patch.triangles.iter().find(|t| {
+        left -= area(t);
+        left < 0.0
+    });
+    let [a, b, c] = chosen.or(patch.triangles.last()).copied().unwrap_or([patch.center; 3]);
+    let (root, across) = (random.unit_f64().sqrt(), random.unit_f64());
+    a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across)
+}
+
+/// Share of the light that leaves a patch and meets one.
+fn row_target(patch: &Patch, occluders: &Reference, seed: u64) -> f64 {
+    let mut random = Random::new(seed);
+    let side = ROW_RAYS.isqrt();
+    let mut met = 0u32;
+    for k in 0..side * side {
+        let at = point_on(patch, k, side * side, &mut random);
+        let direction = by_cosine(patch.normal, k, side, [random.unit_f64(), random.unit_f64()]);
+        met += u32::from(occluders.meets_a_patch(at, direction));
+    }
+    f64::from(met) / f64::from(side * side)
+}

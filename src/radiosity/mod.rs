@@ -1,0 +1,10 @@
+//! Diffuse bounced light between patches: which patches a scene comes to, what share of the light that leaves one meets another, and what light each
+//! has in the end (C. Goral et al., "Modeling the Interaction of Light Between Diffuse Surfaces", 1984).
+
+pub mod factors;
+pub mod kernel;
+pub mod patches;
+pub mod solve;
+
+pub use factors::Factors;
+pub use patches::{Patch, Patches};

@@ -1,0 +1,315 @@
+//! Patches from the triangles themselves: pieces of triangles no longer than a patch is wide, gathered by where they lie, which way they look, in
+//! which plane and of what they are made. Areas are true, reflectance and emission are means over the area.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DMat4, DVec3};
+
+use crate::error::{Error, Result};
+use crate::reference::render::Reference;
+use crate::reference::surface::{Face, Fragment, Placement, Weights};
+use crate::reference::texture::Textures;
+use crate::scene::{AlphaMode, Material, Mesh, Scene};
+
+/// Directions that are told apart along each axis of a normal.
+const NORMAL_STEPS: f64 = 6.0;
+/// Planes that are told apart in the width of a patch.
+const PLANE_STEPS: f64 = 8.0;
+/// Keeps planes and corners of models off the boundaries of cells.
+const OFF_GRID: f64 = 0.137;
+/// A piece that is partly inside of something is halved until it is so much narrower than a patch.
+const BURIED_STEPS: f64 = 12.0;
+/// Rays, all of which meet nothing but backs from a place inside of something.
+const BURIED_RAYS: u32 = 16;
+/// Pieces that a scene may come to.
+const MOST_PIECES: usize = 1 << 24;
+
+/// A piece of a surface whose light is one number a channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Counter-clockwise from the front, world space, metres.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Square metres.
+    pub area: f64,
+    /// Middle of the area.
+    pub center: DVec3,
+    /// Unit: the mean of its triangles'.
+    pub normal: DVec3,
+    /// From the middle to the farthest corner, metres.
+    pub radius: f64,
+    /// Linear RGB, `base * (1 - metallic)`.
+    pub reflectance: DVec3,
+    /// Linear RGB radiance.
+    pub emission: DVec3,
+}
+
+/// All patches of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patches {
+    /// In the order of their cells.
+    pub list: Vec<Patch>,
+    /// Width of a cell, metres.
+    pub size: f64,
+    /// Triangles that they come from, over all instances.
+    pub triangles: usize,
+    /// Triangles without area, or that are no numbers.
+    pub dropped: usize,
+    /// Square metres that nothing can reach, since they lie inside of something.
+    pub buried: f64,
+}
+
+/// Cell, direction, plane within the cell, and material.
+type Key = ([i64; 3], [i64; 3], i64, usize);
+
+#[derive(Default)]
+struct Gathered {
+    triangles: Vec<[DVec3; 3]>,
+    area: f64,
+    center: DVec3,
+    normal: DVec3,
+    reflectance: DVec3,
+    emission: DVec3,
+}
+
+impl Patches {
+    /// Patches about `size` metres wide; `occluders` are of the same scene, seen from [`View::of_world`](crate::scene::view::View::of_world). Blended surfaces let light through and unlit ones have none to give: neither has patches.
+    ///
+    /// # Errors
+    /// A size that is no distance or cuts the scene into too many pieces; an image whose bytes do not fit its size.
+    pub fn of_size(scene: &Scene, occluders: &Reference, size: f64) -> Result<Self> {
+        if !(size.is_finite() && size > 0.0) {
+            return Err(Error::usage(format!("patches of {size} m have no size")));
+        }
+        let textures = Textures::new(scene)?;
+        let mut gathered: BTreeMap<Key, Gathered> = BTreeMap::new();
+        let mut patches = Self { list: Vec::new(), size, triangles: 0, dropped: 0, buried: 0.0 };
+        let mut pieces = 0usize;
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh];
+            let material = &scene.materials[mesh.material];
+            if material.alpha == AlphaMode::Blend || material.unlit {
+                continue;
+            }
+            let placement = Placement::new(&instance.object_to_world, &DMat4::IDENTITY);
+            for vertices in mesh.indices.chunks_exact(3) {
+                let vertices = [0, 1, 2].map(|k| vertices[k] as usize);
+                let corners = vertices.map(|v| {
+                    let local = DVec3::from_array(mesh.positions[v].map(f64::from));
+                    instance.object_to_world.transform_point3(local)
+                });
+                patches.triangles += 1;
+                let doubled = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+                if !(doubled > 0.0 && doubled.is_finite()) {
+                    patches.dropped += 1;
+                    continue;
+                }
+                let source =
+                    Source { mesh, placement: &placement, textures: &textures, scene, occluders, vertices, corners };
+                for weights in cut(&corners, size) {
+                    pieces += 1;
+                    if pieces > MOST_PIECES {
+                        return Err(Error::new(format!("{}: patches of {size} m are too many", scene.name)));
+                    }
+                    patches.buried += source.gather(&weights, size, &mut gathered);
+                }
+            }
+        }
+        patches.list = gathered.into_values().map(Gathered::patch).collect();
+        Ok(patches)
+    }
+
+    /// As near to `count` patches as a width gives, found by halving.
+    ///
+    /// # Errors
+    /// A scene without surfaces, or as [`Patches::of_size`].
+    pub fn of_count(scene: &Scene, occluders: &Reference, count: usize) -> Result<Self> {
+        let bounds = scene.bounds();
+        if bounds.is_empty() || count == 0 {
+            return Err(Error::new(format!("{}: there is nothing to cut into patches", scene.name)));
+        }
+        let (mut low, mut high) = (1e-3 * (bounds.max - bounds.min).max_element(), (bounds.max - bounds.min).length());
+        let mut best = Self::of_size(scene, occluders, high)?;
+        for _ in 0..16 {
+            let size = (low * high).sqrt();
+            let found = Self::of_size(scene, occluders, size)?;
+            let off = |patches: &Self| patches.list.len().abs_diff(count);
+            if found.list.len() > count {
+                low = size
+            } else {
+                high = size
+            }
+            if off(&found) < off(&best) {
+                best = found;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Square metres of all patches.
+    pub fn area(&self) -> f64 {
+        self.list.iter().map(|patch| patch.area).sum()
+    }
+}
+
+/// Barycentric corners of the pieces of a triangle, each cut across its longest edge until that is no longer than `size`.
+fn cut(corners: &[DVec3; 3], size: f64) -> Vec<[DVec3; 3]> {
+    let mut open = vec![[DVec3::X, DVec3::Y, DVec3::Z]];
+    let mut pieces = Vec::new();
+    while let Some(weights) = open.pop() {
+        if longest(&placed(corners, &weights)) <= size || pieces.len() + open.len() > MOST_PIECES {
+            pieces.push(weights);
+        } else {
+            open.extend(halves(corners, &weights));
+        }
+    }
+    pieces
+}
+
+/// Where barycentric corners are.
+fn placed(corners: &[DVec3; 3], weights: &[DVec3; 3]) -> [DVec3; 3] {
+    weights.map(|w| corners[0] * w.x + corners[1] * w.y + corners[2] * w.z)
+}
+
+/// Both parts of a piece, cut across its longest edge; barycentric corners.
+fn halves(corners: &[DVec3; 3], &[a, b, c]: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
+    let [p, q, r] = placed(corners, &[a, b, c]);
+    let lengths = [p.distance(q), q.distance(r), r.distance(p)];
+    let longest = (0..3).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
+    let [p, q, r] = [[a, b, c], [b, c, a], [c, a, b]][longest];
+    let middle = (p + q) * 0.5;
+    [[p, middle, r], [middle, q, r]]
+}
+
+/// A triangle that is cut.
+struct Source<'a> {
+    mesh: &'a Mesh,
+    placement: &'a Placement,
+    textures: &'a Textures,
+    scene: &'a Scene,
+    occluders: &'a Reference<'a>,
+    vertices: [usize; 3],
+    corners: [DVec3; 3],
+}
+
+impl Source<'_> {
+    /// Adds a piece to its cell, and its back where it has one, but for what lies inside of something: square metres of that.
+    fn gather(&self, weights: &[DVec3; 3], size: f64, gathered: &mut BTreeMap<Key, Gathered>) -> f64 {
+        let mut buried = 0.0;
+        for back in [false, true] {
+            if back && !self.material().double_sided {
+                continue;
+            }
+            let mut open = vec![*weights];
+            while let Some(weights) = open.pop() {
+                let piece = self.piece(&weights, back);
+                let (area, normal) = area_and_normal(&piece);
+                if area == 0.0 {
+                    continue;
+                }
+                let middle = (piece[0] + piece[1] + piece[2]) / 3.0;
+                let places =
+                    [middle, middle.lerp(piece[0], 0.8), middle.lerp(piece[1], 0.8), middle.lerp(piece[2], 0.8)];
+                let inside = places.map(|place| self.is_buried(place, normal));
+                let mixed = inside.iter().any(|x| *x != inside[0]);
+                if mixed && longest(&piece) > size / BURIED_STEPS {
+                    open.extend(halves(&self.corners, &weights));
+                } else if inside[0] {
+                    buried += area;
+                } else {
+                    self.add(&weights, back, size, gathered);
+                }
+            }
+        }
+        buried
+    }
+
+    fn material(&self) -> &Material {
+        &self.scene.materials[self.mesh.material]
+    }
+
+    /// World space, counter-clockwise from the side that is meant, first the corner that comes first in the weights.
+    fn piece(&self, weights: &[DVec3; 3], back: bool) -> [DVec3; 3] {
+        let mut piece = placed(&self.corners, weights);
+        if self.placement.mirrored != back {
+            piece.swap(1, 2);
+        }
+        piece
+    }
+
+    /// Whatever leaves the place meets nothing but backs.
+    fn is_buried(&self, place: DVec3, normal: DVec3) -> bool {
+        let side = BURIED_RAYS.isqrt();
+        (0..side * side).all(|k| self.occluders.meets_a_back(place, by_cosine(normal, k, side, [0.5; 2])))
+    }
+
+    fn add(&self, weights: &[DVec3; 3], back: bool, size: f64, gathered: &mut BTreeMap<Key, Gathered>) {
+        let piece = self.piece(weights, back);
+        let (area, normal) = area_and_normal(&piece);
+        let center = (piece[0] + piece[1] + piece[2]) / 3.0;
+        let at = (weights[0] + weights[1] + weights[2]) / 3.0;
+        let fragment = Fragment {
+            mesh: self.mesh,
+            material: self.material(),
+            placement: self.placement,
+            textures: self.textures,
+            vertices: self.vertices,
+            weights: Weights { at, dx: DVec3::ZERO, dy: DVec3::ZERO },
+            face: Face { front: if back { -normal } else { normal }, back },
+            to_viewer: normal,
+        };
+        let surface = fragment.surface(center);
+        if matches!(self.material().alpha, AlphaMode::Mask(cutoff) if surface.alpha < f64::from(cutoff)) {
+            return;
+        }
+        let cell = (center / size + OFF_GRID).floor();
+        let code = (normal * NORMAL_STEPS + OFF_GRID).round().to_array().map(|x| x as i64);
+        let plane = (normal.dot(center / size + OFF_GRID - cell) * PLANE_STEPS + OFF_GRID).round() as i64;
+        let cell = cell.to_array().map(|x| x as i64);
+        let of = gathered.entry((cell, code, plane, self.mesh.material)).or_default();
+        of.area += area;
+        of.center += center * area;
+        of.normal += normal * area;
+        of.reflectance += surface.base_color * (1.0 - surface.metallic) * area;
+        of.emission += surface.emissive * area;
+        of.triangles.push(piece);
+    }
+}
+
+fn area_and_normal([a, b, c]: &[DVec3; 3]) -> (f64, DVec3) {
+    let doubled = (*b - *a).cross(*c - *a);
+    (0.5 * doubled.length(), doubled.normalize_or_zero())
+}
+
+/// Metres.
+fn longest([a, b, c]: &[DVec3; 3]) -> f64 {
+    a.distance(*b).max(b.distance(*c)).max(c.distance(*a))
+}
+
+/// Stratum k of `side` times `side` directions about a normal, by the cosine between them; `within` is where in the stratum, 0 to 1.
+pub(super) fn by_cosine(normal: DVec3, k: u32, side: u32, within: [f64; 2]) -> DVec3 {
+    let squared = (f64::from(k / side) + within[0]) / f64::from(side);
+    let angle = (f64::from(k % side) + within[1]) / f64::from(side) * std::f64::consts::TAU;
+    let (sine, cosine) = angle.sin_cos();
+    let across = normal.any_orthonormal_vector();
+    let frame = DMat3::from_cols(across, normal.cross(across), normal);
+    frame * DVec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).max(0.0).sqrt())
+}
+
+impl Gathered {
+    fn patch(self) -> Patch {
+        let center = self.center / self.area;
+        let radius = self.triangles.iter().flatten().map(|p| p.distance(center)).fold(0.0, f64::max);
+        Patch {
+            triangles: self.triangles,
+            area: self.area,
+            center,
+            normal: self.normal.normalize_or_zero(),
+            radius,
+            reflectance: self.reflectance / self.area,
+            emission: self.emission / self.area,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
