@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-packages=(build-essential libshaderc-dev glslang-dev spirv-tools mesa-vulkan-drivers vulkan-validationlayers libvulkan1)
+packages=(build-essential libshaderc-dev glslang-dev spirv-tools mesa-vulkan-drivers vulkan-validationlayers libvulkan1 parallel)
 minimum_rust=1.88
 
 say() { printf 'setup: %s\n' "$*"; }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use accuracy::{Accuracy, KnobName};
+pub use bake::{Bake, CodecArg};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
@@ -13,6 +14,7 @@ pub use gi::{GiArg, GiArgs};
 pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;
+mod bake;
 mod bench;
 mod debug_view;
 mod deferred;
@@ -44,6 +46,8 @@ pub enum Command {
     Diff(Diff),
     /// Check hard cases and equalities on the chosen driver.
     Check(Check),
+    /// Bake the exchange of light between patches of a scene, for --gi radiosity:DIR.
+    Bake(Bake),
     /// Run an experiment.
     Bench(Bench),
     /// Say what each knob costs: error against time and bytes, and the settings that no other beats.

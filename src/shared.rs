@@ -328,6 +328,90 @@ pub const SHADOW_LIGHT_TEXELS: u32 = 4;
 /// row of the map, its columns, metres that a texel spans where w is 1. Without columns nothing stands in the way of the light.
 pub const SHADOW_MAP_TEXELS: u32 = 5;
 
+/// RGBA32F texels at the head of what shading is told of bounced light: rows from view space to cells of the grid; cells along each axis and the reach
+/// of patches in cells; metres of a cell.
+pub const BOUNCED_HEAD_TEXELS: u32 = 5;
+/// Texels a patch behind it: centre in cells and area; normal along the axes of the grid.
+pub const BOUNCED_PATCH_TEXELS: u32 = 2;
+/// Texels of a `PatchLight`.
+pub const BOUNCED_LIGHT_TEXELS: u32 = 4;
+/// First word of a list of patches that a plane parts (radiosity/transfer.rs).
+pub const BOUNCED_PARTED: u32 = 0x8000_0000;
+/// Planes that a place may be compared with.
+pub const BOUNCED_PLANES: u32 = 4;
+/// Least weight of a patch that is listed.
+pub const BOUNCED_LEAST: f32 = 1e-6;
+/// Points of a patch at which direct light is looked at.
+pub const PATCH_POINTS: u32 = 16;
+/// Threads of a group that gathers four rows.
+pub const GATHER_LANES: u32 = 32;
+/// Value of CODEC: 32 bits an element.
+pub const CODEC_DENSE: u32 = 0;
+/// Blocks with an exact zero, and residuals (radiosity/codec/zero_block.rs).
+pub const CODEC_ZERO_BLOCK: u32 = 1;
+
+/// What of a patch light does not change.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PatchData {
+    /// View space, unit length.
+    pub normal: Vec3,
+    /// Square metres.
+    pub area: f32,
+    /// Linear RGB.
+    pub reflectance: Vec3,
+    /// Linear RGB radiance.
+    pub emission: Vec3,
+}
+
+/// Light of a patch while it is gathered.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PatchLight {
+    /// Irradiance from all other patches, lux.
+    pub irradiance: Vec4,
+    /// The same one step before.
+    pub previous: Vec4,
+    /// What leaves the patch: exitance times area, lumen.
+    pub sent: Vec4,
+    /// Exitance by emission and direct light alone, lux.
+    pub first: Vec4,
+}
+
+/// What `patch_light` is told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct PatchPush {
+    /// Patches.
+    pub count: u32,
+}
+
+/// What `patch_gather` is told: the step, and where parts of the matrix begin among its words.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct GatherPush {
+    /// Patches.
+    pub count: u32,
+    /// Share of the residual that is taken.
+    pub step: f32,
+    /// Weight of the change against the step before last.
+    pub weight: f32,
+    /// A residual's unit.
+    pub residual_scale: f32,
+    /// Ends of blocks by code, then steps.
+    pub tables_at: u32,
+    /// Where rows of blocks begin.
+    pub offsets_at: u32,
+    /// Columns of blocks, two a word.
+    pub columns_at: u32,
+    /// Blocks, two words each.
+    pub blocks_at: u32,
+    /// Where residuals of rows begin.
+    pub residual_offsets_at: u32,
+    /// Residuals.
+    pub residuals_at: u32,
+}
+
 /// What the vertex stage is told of the map that is drawn.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]

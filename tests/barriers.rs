@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
 use lampyris::plan::{
-    AssignChoice, DebugView, DeferredLights, GbufferLayout, Limits, Plan, Request, ShadowUpdate, Technique,
+    AssignChoice, DebugView, DeferredLights, GbufferLayout, Gi, Limits, Plan, Request, ShadowUpdate, Technique,
     TransparentBounds,
 };
+use lampyris::radiosity::bake::{Bake, PatchRule, Settings};
 use lampyris::scene::{Scene, builtin, scatter};
 
 fn golden(name: &str) -> PathBuf {
@@ -219,4 +220,20 @@ fn shadows_in_forward_and_deferred_techniques() {
 #[test]
 fn surface() {
     compare("surface", &Request { debug_view: Some(DebugView::Albedo), ..Request::default() });
+}
+
+/// What is gathered once while nothing moves, and in every frame.
+#[test]
+fn radiosity() {
+    let settings = Settings { patches: PatchRule::Count(60), ..Settings::default() };
+    let bake = std::sync::Arc::new(Bake::of_scene(&cornell(), settings).expect("a bake"));
+    let request = Request {
+        technique: Technique::TiledForward,
+        gi: Gi::Radiosity { gathers: Some(2), tolerance: 0.01 },
+        bake: Some(bake),
+        shadow_size: 128,
+        ..Request::default()
+    };
+    compare("radiosity", &request);
+    compare("radiosity_every_frame", &Request { shadow_update: ShadowUpdate::Frame, ..request });
 }

@@ -26,7 +26,7 @@ pub fn document(name: &str) -> String {
 }
 
 /// Every line with the info string of the fenced block that it stands in, `None` outside of one; fences left out.
-fn lines(text: &str) -> Vec<(Option<&str>, &str)> {
+pub fn lines(text: &str) -> Vec<(Option<&str>, &str)> {
     let mut open = None;
     let mut found = Vec::new();
     for line in text.lines() {

@@ -6,6 +6,7 @@ mod support;
 
 mod accuracy;
 mod bad_input;
+mod bakes;
 mod barriers;
 mod command_line;
 mod controls;

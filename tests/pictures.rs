@@ -55,6 +55,36 @@ fn light_lists_equal_their_twin_and_miss_nothing() {
     run("tile_lists");
 }
 
+#[test]
+fn r9_gathers_equal_their_twin() {
+    run("radiosity_twin");
+}
+
+#[test]
+fn light_of_patches_at_first_is_what_rays_find() {
+    run("radiosity_direct");
+}
+
+#[test]
+fn r5_a_furnace_is_one_everywhere() {
+    run("radiosity_furnace");
+}
+
+#[test]
+fn r14_no_light_comes_through_a_wall() {
+    run("radiosity_leaks");
+}
+
+#[test]
+fn techniques_agree_on_bounced_light() {
+    run("radiosity_agreement");
+}
+
+#[test]
+fn bounced_light_is_what_paths_find() {
+    run("radiosity_path");
+}
+
 /// What the eye among its lights sees.
 fn beside(technique: Technique) -> Request {
     let camera = CameraChoice::LookAt(DVec3::ZERO, DVec3::NEG_Z, FRAC_PI_2);

@@ -147,7 +147,7 @@ fn spec_struct(out: &mut String, specs: &[SpecConstant]) {
 
 /// Bound where an effect runs, and in no set layout elsewhere.
 fn is_optional(name: &str, kind: Kind) -> bool {
-    kind == Kind::SampledIf || name.starts_with("shadow_")
+    kind == Kind::SampledIf || name.starts_with("shadow_") || name.starts_with("bounced_")
 }
 
 fn bindings_struct(out: &mut String, program: &Program) {

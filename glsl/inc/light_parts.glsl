@@ -15,7 +15,7 @@ layout(set = 0, binding = 13) uniform sampler2D radiance_before;
 // The sum that a pass begins with, and how many lights are in it.
 vec4 sum_before(Surface s) {
     if (FIRST_PART) {
-        return vec4(unlit_radiance(s), 0.0);
+        return vec4(base_radiance(s), 0.0);
     }
     // A quad reaches past a picture of odd size.
     ivec2 last = textureSize(radiance_before, 0) - 1;

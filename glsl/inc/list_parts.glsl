@@ -26,7 +26,7 @@ vec4 shade_unlisted(Surface s) {
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
+    precise vec3 sum = base_radiance(s);
     sum = add_lights(sum, lobes, s, v, 0u, frame.data.light_count);
     return sum_after(s, sum, frame.data.light_count);
 }

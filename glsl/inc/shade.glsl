@@ -2,6 +2,7 @@
 #include "lights.glsl"
 #include "brdf.glsl"
 #include "shadow.glsl"
+#include "bounced.glsl"
 
 // What rounding to f32 took from the light's position.
 vec3 light_remainder(uint packed_bits) {
@@ -156,7 +157,7 @@ vec3 shade_all_lights(Surface s) {
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
+    precise vec3 sum = base_radiance(s);
     sum = add_lights(sum, lobes, s, v, 0u, frame.data.light_count);
     return min(sum, MAX_RADIANCE);
 }

@@ -81,7 +81,7 @@ vec3 shade_listed_lights(Surface s, uint begin, uint end) {
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
+    precise vec3 sum = base_radiance(s);
     sum = add_unlisted_lights(sum, lobes, s, v);
     sum = add_listed_lights(sum, lobes, s, v, begin, end);
     return min(sum, MAX_RADIANCE);
@@ -98,7 +98,7 @@ struct Lit {
 // Without a light.
 Lit begin_lit(Surface s) {
     vec3 v = view_direction(s);
-    return Lit(s, v, make_lobes(s, v), unlit_radiance(s));
+    return Lit(s, v, make_lobes(s, v), base_radiance(s));
 }
 
 #define ADD_TO_FOUR(NAME, SHADE) \

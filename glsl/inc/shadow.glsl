@@ -119,7 +119,7 @@ float shadow_visibility(uint light, uint kind, Surface s) {
     vec3 right = texelFetch(shadow_maps, int(at)).xyz - (area.x + 0.5 * area.z) * ahead;
     vec3 down = texelFetch(shadow_maps, int(at + 1u)).xyz - (area.y + 0.5 * area.z) * ahead;
     float slope = (abs(dot(s.normal, right)) + abs(dot(s.normal, down))) * area.w;
-    precise vec3 position = s.position + s.normal * (0.5 * shadow_reach() * area.w * w * slope + maps.z - maps.w * s.position.z);
+    precise vec3 position = s.position + s.normal * (0.5 * shadow_reach() * area.w * w * slope + maps.z + maps.w * abs(s.position.z));
     w = shadow_row(at + 3u, position);
     if (!(w > 0.0)) {
         return 1.0;

@@ -15,7 +15,7 @@ void main() {
     }
     vec3 v = view_direction(s);
     Lobes lobes = make_lobes(s, v);
-    precise vec3 sum = unlit_radiance(s);
+    precise vec3 sum = base_radiance(s);
     sum = add_directional_lights(sum, lobes, s, v, 0u, frame.data.directional_count);
     out_radiance = vec4(min(sum, MAX_RADIANCE), 1.0);
 }

@@ -16,6 +16,7 @@ mod msaa;
 mod octahedral;
 mod oracle;
 mod prims;
+mod radiosity;
 mod shadows;
 mod shapes;
 mod spots;
@@ -120,6 +121,12 @@ pub const ALL: &[(&str, Check)] = &[
     ("shadows_still", shadows::shadows_still),
     ("shadow_agreement", shadows::shadow_agreement),
     ("shadow_maps", shadows::shadow_maps),
+    ("radiosity_twin", radiosity::radiosity_twin),
+    ("radiosity_direct", radiosity::radiosity_direct),
+    ("radiosity_furnace", radiosity::radiosity_furnace),
+    ("radiosity_leaks", radiosity::radiosity_leaks),
+    ("radiosity_agreement", radiosity::radiosity_agreement),
+    ("radiosity_path", radiosity::radiosity_path),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

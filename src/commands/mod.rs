@@ -1,6 +1,7 @@
 //! One file a subcommand: from what was typed to the library's calls, and from results to text and JSON.
 
 mod accuracy;
+mod bake;
 mod bench;
 mod check;
 mod devices;
@@ -33,6 +34,7 @@ pub fn run(cli: Cli, started: Instant) -> Result<ExitCode> {
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Diff(args)) => diff::run(&args),
         Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Bake(args)) => bake::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
         Some(Command::Accuracy(args)) => accuracy::run(&args),
     }

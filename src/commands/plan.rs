@@ -168,6 +168,8 @@ mod tests {
     use crate::checks::scene_of_every_effect;
     use crate::cli::{Cli, Command};
     use crate::plan::{Limits, STATEMENTS};
+    use crate::radiosity::bake::{Bake, PatchRule, Settings};
+    use crate::radiosity::files;
     use crate::scene::write;
 
     /// Whether the effect runs in the plan of what was typed.
@@ -188,6 +190,10 @@ mod tests {
         let path = folder.join("all.glb");
         std::fs::write(&path, write::glb(&scene_of_every_effect()).expect("a file")).expect("written");
         let file = path.to_str().expect("a plain path");
+        let bounced = format!("radiosity:{}", folder.join("bake").to_str().expect("a plain path"));
+        let settings = Settings { patches: PatchRule::Count(20), ..Settings::default() };
+        let baked = Bake::of_scene(&setup::load_scene("builtin:cornell").expect("a scene"), settings).expect("a bake");
+        files::store(&baked, &folder.join("bake")).expect("a folder");
         let mut tried = 0;
         for statement in STATEMENTS {
             let options = statement.off.split('`').skip(1).step_by(2).filter(|option| option.starts_with("--"));
@@ -197,9 +203,16 @@ mod tests {
                     (_, "--assign tree") => "clustered-forward",
                     _ => "tiled-forward",
                 };
-                let mut typed = vec!["lampyris", "plan", file, "--technique", technique];
+                // Surfaces that see each other call for what an option asks for, too.
+                let scene = if statement.name == "radiosity" { "builtin:cornell" } else { file };
+                let mut typed = vec!["lampyris", "plan", scene, "--technique", technique];
                 let with_samples = [&typed[..], &["--msaa", "4"]].concat();
-                let base = if statement.name == "msaa" { &with_samples } else { &typed };
+                let with_patches = [&typed[..], &["--gi", &bounced]].concat();
+                let base = match statement.name {
+                    "msaa" => &with_samples,
+                    "radiosity" => &with_patches,
+                    _ => &typed,
+                };
                 assert!(runs(statement.name, base), "{} does not run", statement.name);
                 if statement.name == "msaa" && option.starts_with("--forbid") {
                     typed.extend(["--msaa", "4"]);

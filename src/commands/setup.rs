@@ -1,20 +1,24 @@
 //! From shared options to scene and request.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
+use super::bake;
 use crate::cli::{
     AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
     DepthReduceArg, FetchArg, GbufferArg, GiArg, GiArgs, LimitsChoice, OnOff, ShadingArg, ShadowUpdateArg, Shared,
     TechniqueChoice, TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
+use crate::plan::bounced::DEFAULT_TOLERANCE;
 use crate::plan::overrides;
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
     FetchChoice, GbufferLayout, Gi, Limits, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
+use crate::radiosity::files;
 use crate::renderer::Renderer;
 use crate::scene::lighting::{Attenuation, LightRules, RangeRule};
 use crate::scene::shading::Shading;
@@ -128,6 +132,12 @@ pub fn scene_and_request(spec: &str, shared: &Shared) -> Result<(Scene, Request)
     let mut request = request(shared)?;
     let mut scene = scene(spec, shared)?;
     overrides::apply(&mut scene, &mut request, &shared.effects.force, &shared.effects.forbid)?;
+    if let GiArg::Radiosity(folder) = &shared.bounced.gi {
+        request.bake = Some(Arc::new(match folder {
+            Some(folder) => files::load(folder, &scene.surface_fingerprint())?,
+            None => bake::cached(&scene)?,
+        }));
+    }
     Ok((scene, request))
 }
 
@@ -219,6 +229,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
             TransparentSortArg::Triangle => TransparentSort::Triangle,
         },
         gi: gi(&shared.bounced)?,
+        bake: None,
         show_lights: shared.show_lights,
         camera,
         debug_view: shared.debug_view.map(|view| match view {
@@ -246,12 +257,20 @@ pub fn request(shared: &Shared) -> Result<Request> {
 }
 
 fn gi(args: &GiArgs) -> Result<Gi> {
-    match (args.gi, args.spp.is_some() || args.gi_seed.is_some()) {
-        (GiArg::Off, false) => Ok(Gi::Off),
-        (GiArg::Off, true) => Err(Error::usage("--spp and --gi-seed are options of --gi path")),
-        (GiArg::Path, _) => {
-            Ok(Gi::Path { paths: args.spp.unwrap_or(Gi::PATHS), seed: args.gi_seed.unwrap_or(Gi::SEED) })
+    let of_paths = args.spp.is_some() || args.gi_seed.is_some();
+    let of_gathers = args.gi_gathers.is_some() || args.gi_tolerance.is_some();
+    match args.gi {
+        GiArg::Path => {}
+        _ if of_paths => return Err(Error::usage("--spp and --gi-seed are options of --gi path")),
+        _ => {}
+    }
+    match args.gi {
+        GiArg::Radiosity(_) => {
+            Ok(Gi::Radiosity { gathers: args.gi_gathers, tolerance: args.gi_tolerance.unwrap_or(DEFAULT_TOLERANCE) })
         }
+        _ if of_gathers => Err(Error::usage("--gi-gathers and --gi-tolerance are options of --gi radiosity")),
+        GiArg::Off => Ok(Gi::Off),
+        GiArg::Path => Ok(Gi::Path { paths: args.spp.unwrap_or(Gi::PATHS), seed: args.gi_seed.unwrap_or(Gi::SEED) }),
     }
 }
 

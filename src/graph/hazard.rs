@@ -161,8 +161,14 @@ impl Needed {
 /// Barriers of the whole graph, in the order of its nodes: as few as there can be.
 pub fn derive(graph: &Graph) -> Vec<Barrier> {
     let (once, repeated) = derive_with_moments(graph);
+    // What runs once has no frame before it: its moments are its nodes.
+    let alone = |mut derived: Derived| {
+        derived.after.iter_mut().for_each(|moment| moment.at -= graph.frame_len());
+        derived
+    };
+    let once = prune(0, graph.once_nodes, once.into_iter().map(alone).collect());
     let repeated = prune(graph.frame_len(), graph.nodes.len(), repeated);
-    once.into_iter().map(|d| d.barrier).chain(repeated).collect()
+    once.into_iter().chain(repeated).collect()
 }
 
 /// A barrier for each hazard by itself, in the order of nodes: those of [`derive()`], and the waits that it leaves out because

@@ -23,6 +23,10 @@ pub fn frame(plan: &Plan) -> Frame {
         lights_texel: FragmentTexel(scene.lights),
         shadow_atlas: None,
         shadow_maps: None,
+        bounced_places: None,
+        bounced_words: None,
+        bounced_words_storage: None,
+        bounced_light: None,
     };
     let constants = light_constants(plan);
     let spec = ceiling::Spec {
@@ -34,6 +38,8 @@ pub fn frame(plan: &Plan) -> Frame {
         INVERSE_SQUARE: constants.inverse_square,
         SHADOW_KINDS: 0,
         SHADOW_FILTER: 0,
+        BOUNCED: false,
+        BOUNCED_STORAGE: false,
         SHADING: constants.shading,
     };
     let pipeline = GraphicsPipeline::full_screen(&ceiling::PROGRAM, spec.values(), RADIANCE_FORMAT);

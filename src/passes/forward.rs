@@ -59,6 +59,10 @@ pub(super) fn bindings(scene: &SceneHandles, part: &Part) -> Vec<Binding> {
         lights_texel: FragmentTexel(scene.lights),
         shadow_atlas: scene.shadow_atlas_of_fragments(),
         shadow_maps: scene.shadow_maps_of_fragments(),
+        bounced_places: scene.bounced_places_of_fragments(),
+        bounced_words: scene.bounced_words_of_fragments(),
+        bounced_words_storage: scene.bounced_word_storage_of_fragments(),
+        bounced_light: scene.bounced_light_of_fragments(),
         radiance_before: part.before,
     };
     set.list()
@@ -108,6 +112,10 @@ pub struct LightConstants {
     pub shadow_kinds: u32,
     /// SHADOW_FILTER.
     pub shadow_filter: u32,
+    /// BOUNCED.
+    pub bounced: bool,
+    /// BOUNCED_STORAGE.
+    pub bounced_storage: bool,
 }
 
 impl LightConstants {
@@ -133,6 +141,8 @@ pub fn light_constants(plan: &Plan) -> LightConstants {
         shading: plan.deferred_shading(),
         shadow_kinds: plan.shadows.as_ref().map_or(0, |shadows| shadows.kinds),
         shadow_filter: plan.shadows.as_ref().map_or(0, |shadows| shadows.filter),
+        bounced: plan.bounced.is_some(),
+        bounced_storage: plan.bounced.as_ref().is_some_and(|bounced| bounced.words_in_storage),
     }
 }
 
@@ -148,6 +158,8 @@ pub(super) fn pipeline(plan: &Plan, variant: Variant, part: &Part, after_prepass
         INVERSE_SQUARE: constants.inverse_square,
         SHADOW_KINDS: constants.shadow_kinds,
         SHADOW_FILTER: constants.shadow_filter,
+        BOUNCED: constants.bounced,
+        BOUNCED_STORAGE: constants.bounced_storage,
         SHADING: variant.model,
         TEXTURES: variant.textures,
         ALPHA_MASK: variant.masked,

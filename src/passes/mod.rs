@@ -28,6 +28,8 @@ pub mod list_sort;
 pub mod msaa_resolve;
 pub mod msaa_spread;
 pub mod octahedral_probe;
+pub mod patch_gather;
+pub mod patch_light;
 pub mod radix_sort;
 pub mod read_back;
 mod resources;
@@ -88,8 +90,10 @@ pub fn frame(plan: &Plan) -> Frame {
     let mut scene = SceneHandles::declare(&mut graph, plan);
     if !plan.shows_surfaces() {
         shadow_map::add(&mut graph, plan, &mut scene);
+        patch_gather::add(&mut graph, plan, &mut scene);
     }
-    if scene.shadows.is_some() && plan.shadows.as_ref().is_some_and(|shadows| shadows.update == ShadowUpdate::Once) {
+    let moves = plan.shadow_update == ShadowUpdate::Frame;
+    if (scene.shadows.is_some() || scene.bounced.is_some()) && !moves {
         graph.end_once();
     }
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
@@ -100,6 +104,18 @@ pub fn frame(plan: &Plan) -> Frame {
     };
     graph.end_frame();
     let results = read_back::add_pictures(&mut graph, &layers);
+    Frame { graph, scene, results }
+}
+
+/// The frame that leaves the light of patches when all is gathered, as `patch_light`.
+pub fn patch_frame(plan: &Plan) -> Frame {
+    let mut graph = Graph::new();
+    let mut scene = SceneHandles::declare(&mut graph, plan);
+    shadow_map::add(&mut graph, plan, &mut scene);
+    patch_gather::add(&mut graph, plan, &mut scene);
+    graph.end_frame();
+    let light: Vec<_> = scene.bounced.iter().map(|bounced| ("patch_light", bounced.light)).collect();
+    let results = read_back::add_all(&mut graph, &[], &light);
     Frame { graph, scene, results }
 }
 

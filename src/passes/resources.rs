@@ -3,7 +3,9 @@
 use ash::vk;
 
 use super::nearest_sampler;
-use crate::graph::access::{ComputeSampled, ComputeTexel, FragmentSampled, FragmentTexel};
+use crate::graph::access::{
+    ComputeSampled, ComputeStorageRead, ComputeTexel, FragmentSampled, FragmentStorageRead, FragmentTexel,
+};
 use crate::graph::{
     Binding, BufferHandle, Cull, Draw, Geometry, Graph, ImageHandle, ImageInfo, Lifetime, MeshRange, SamplerState,
     Stream,
@@ -48,6 +50,23 @@ pub struct ShadowHandles {
     pub maps: BufferHandle,
 }
 
+/// Handles of bounced light that shading reads, and of what it is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct BouncedHandles {
+    /// The grid and patches in it (`BOUNCED_HEAD_TEXELS`).
+    pub places: BufferHandle,
+    /// Cells and lists.
+    pub words: BufferHandle,
+    /// Array of `PatchData`.
+    pub patches: BufferHandle,
+    /// Points of patches.
+    pub points: BufferHandle,
+    /// The exchange matrix.
+    pub matrix: BufferHandle,
+    /// Array of `PatchLight`, when all light is gathered.
+    pub light: BufferHandle,
+}
+
 /// What is uploaded instead of drawn: tile bounds, or depths.
 pub struct Given {
     /// A texel a tile, or a pixel.
@@ -82,6 +101,8 @@ pub struct SceneHandles {
     pub clusters: Option<ClusterHandles>,
     /// Where the plan has shadows and the frame draws them.
     pub shadows: Option<ShadowHandles>,
+    /// Where the plan has bounced light and the frame gathers it.
+    pub bounced: Option<BouncedHandles>,
     /// Where lists are made from what is given.
     pub given: Option<Given>,
     /// Corners of the mesh that light volumes and markers are made of.
@@ -166,6 +187,7 @@ impl SceneHandles {
                 slices: graph.buffer("cluster_slices", clusters.slice_texels().len() as u64 * 16, fixed),
             }),
             shadows: None,
+            bounced: None,
             given: None,
             corners: (volumes.is_some() || markers > 0)
                 .then(|| graph.buffer("corners", u64::from(ICOSPHERE_CORNERS) * 16, fixed)),
@@ -198,6 +220,48 @@ impl SceneHandles {
     /// What compute passes are told of them.
     pub fn shadow_maps_of_compute(&self) -> Option<ComputeTexel> {
         self.shadows.map(|shadows| ComputeTexel(shadows.maps))
+    }
+}
+
+impl SceneHandles {
+    /// The grid of bounced light for fragments.
+    pub fn bounced_places_of_fragments(&self) -> Option<FragmentTexel> {
+        self.bounced.map(|bounced| FragmentTexel(bounced.places))
+    }
+
+    /// Its cells and lists.
+    pub fn bounced_words_of_fragments(&self) -> Option<FragmentTexel> {
+        self.bounced.map(|bounced| FragmentTexel(bounced.words))
+    }
+
+    /// The same as a storage buffer.
+    pub fn bounced_word_storage_of_fragments(&self) -> Option<FragmentStorageRead> {
+        self.bounced.map(|bounced| FragmentStorageRead(bounced.words))
+    }
+
+    /// Light of its patches.
+    pub fn bounced_light_of_fragments(&self) -> Option<FragmentTexel> {
+        self.bounced.map(|bounced| FragmentTexel(bounced.light))
+    }
+
+    /// The grid of bounced light for compute passes.
+    pub fn bounced_places_of_compute(&self) -> Option<ComputeTexel> {
+        self.bounced.map(|bounced| ComputeTexel(bounced.places))
+    }
+
+    /// Its cells and lists.
+    pub fn bounced_words_of_compute(&self) -> Option<ComputeTexel> {
+        self.bounced.map(|bounced| ComputeTexel(bounced.words))
+    }
+
+    /// The same as a storage buffer.
+    pub fn bounced_word_storage_of_compute(&self) -> Option<ComputeStorageRead> {
+        self.bounced.map(|bounced| ComputeStorageRead(bounced.words))
+    }
+
+    /// Light of its patches.
+    pub fn bounced_light_of_compute(&self) -> Option<ComputeTexel> {
+        self.bounced.map(|bounced| ComputeTexel(bounced.light))
     }
 }
 

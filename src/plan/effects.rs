@@ -9,7 +9,7 @@ use super::materials::{HEIGHT_MAP, NORMAL_MAP};
 use super::profile::Profile;
 use super::shadows::Selection;
 use super::{DepthBounds, Gbuffer, Plan, Request, Technique};
-use super::{gbuffer, samples, shadows, transparency};
+use super::{bounced, gbuffer, samples, shadows, transparency};
 use crate::scene::shading::Model;
 use crate::scene::{AlphaMode, Scene};
 
@@ -65,7 +65,12 @@ pub fn estimate(plan: &mut Plan, scene: &Scene, tile: u32, profile: &Profile) {
     }
 }
 
-pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &Selection) -> Vec<Effect> {
+pub(super) fn decide(
+    plan: &Plan,
+    scene: &Scene,
+    request: &Request,
+    (shadowed, bounced): (&Selection, &str),
+) -> Vec<Effect> {
     let on_device = plan.technique != Technique::Reference;
     vec![
         prepass(plan, request),
@@ -82,6 +87,7 @@ pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &S
         samples::effect(plan, request),
         transparency::effect(plan, scene),
         shadows::effect(plan, shadowed, request),
+        bounced::effect(plan, bounced),
     ]
 }
 

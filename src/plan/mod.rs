@@ -1,6 +1,7 @@
 //! What will run, decided before any Vulkan object exists: a pure function of scene, request and limits.
 
 pub mod assign;
+pub mod bounced;
 pub mod clusters;
 pub mod cost;
 mod debug_view;
@@ -32,6 +33,7 @@ use crate::scene::{LightKind, Scene};
 use crate::shared::{self, LightMarker};
 use std::collections::BTreeSet;
 
+pub use bounced::Bounced;
 pub use clusters::Clusters;
 pub use debug_view::DebugView;
 pub use effects::{Effect, STATEMENTS, Statement, estimate};
@@ -84,8 +86,12 @@ pub struct Plan {
     pub shadows: Option<Shadows>,
     /// How blended surfaces are lit and mixed; `None` where there are none.
     pub transparency: Option<Transparency>,
-    /// Bounced light.
+    /// When shadow maps are drawn and bounced light is gathered.
+    pub shadow_update: ShadowUpdate,
+    /// Bounced light, as it was asked for.
     pub gi: Gi,
+    /// Bounced light that is gathered; `None` where none is.
+    pub bounced: Option<Bounced>,
     /// Spheres that show where lights are; empty where they are not wanted.
     pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
@@ -140,11 +146,14 @@ impl Plan {
 
     fn of_technique(scene: &Scene, request: &Request, limits: &Limits, technique_why: String) -> Result<Self> {
         check_size(request, limits)?;
-        if request.gi != Gi::Off && request.technique != Technique::Reference {
-            let name = request.technique.name();
+        let (name, traced) = (request.technique.name(), request.technique == Technique::Reference);
+        if matches!(request.gi, Gi::Path { .. }) && !traced {
             return Err(Error::usage(format!(
                 "--gi path is traced on the CPU, by --technique reference and not by {name}"
             )));
+        }
+        if matches!(request.gi, Gi::Radiosity { .. }) && traced {
+            return Err(Error::usage("--gi radiosity is gathered on a device; --technique reference has --gi path"));
         }
         let mut notes = Vec::new();
         let camera = request.camera(scene, &mut notes)?;
@@ -162,6 +171,7 @@ impl Plan {
         // Samples that one invocation may shade.
         let each = if technique.is_deferred() { samples.max(4) } else { 1 };
         let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(each, limits))?;
+        let (bounced, bounced_why) = Bounced::new(request, &view, limits)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.
@@ -195,7 +205,9 @@ impl Plan {
             light_parts: LightParts::WHOLE,
             shadows,
             transparency: None,
+            shadow_update: request.shadow_update,
             gi: request.gi,
+            bounced,
             markers,
             geometry,
             materials,
@@ -210,7 +222,7 @@ impl Plan {
         samples::check(&plan, request, limits)?;
         plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
-        plan.effects = effects::decide(&plan, scene, request, &shadowed);
+        plan.effects = effects::decide(&plan, scene, request, (&shadowed, &bounced_why));
         overrides::say(&mut plan.effects, request, &mut plan.notes);
         Ok(plan)
     }

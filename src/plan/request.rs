@@ -2,11 +2,14 @@
 
 mod choices;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::DebugView;
 use super::overrides::Override;
 use crate::error::{Error, Result};
+use crate::radiosity::Bake;
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
 use crate::scene::{Camera, Projection, Scene};
@@ -142,6 +145,8 @@ pub struct Request {
     pub transparent_sort: TransparentSort,
     /// Bounced light.
     pub gi: Gi,
+    /// What [`Gi::Radiosity`] gathers with.
+    pub bake: Option<Arc<Bake>>,
     /// A small sphere where each light stands.
     pub show_lights: bool,
     /// Which camera.
@@ -183,6 +188,7 @@ impl Default for Request {
             transparent_bounds: None,
             transparent_sort: TransparentSort::Object,
             gi: Gi::Off,
+            bake: None,
             show_lights: false,
             camera: CameraChoice::Default,
             debug_view: None,

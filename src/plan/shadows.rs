@@ -100,7 +100,7 @@ impl Shadows {
         if selection.chosen == 0 || !drawn {
             return Ok(None);
         }
-        let world = maps::World::new(inputs.scene, view, inputs.extent);
+        let world = maps::World::new(inputs.scene, view, inputs.extent, request.gi != super::Gi::Off);
         let margin = maps::margin(request.shadow_filter);
         let mut planned = Self {
             lights: Vec::new(),
@@ -239,7 +239,7 @@ impl Shadows {
         let filter = if self.filter == 0 { 0 } else { side * (side + 1) + side + 1 };
         // Four runs of the table begin and end, each with groups of their own.
         let runs = 4 * 4;
-        let cascades = |light: &ShadowedLight| light.map_count.min(4) as u64;
+        let cascades = |light: &ShadowedLight| light.map_count.min(5) as u64;
         self.lights.iter().map(|light| cascades(light) + filter).sum::<u64>() + runs
     }
 

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::kernel;
 use super::patches::{Patch, Patches, by_cosine};
@@ -24,6 +25,12 @@ const SAMPLES: u32 = 16;
 const FAR_RAYS: u32 = 4;
 /// Rays from each patch that tell what its row sums to.
 const ROW_RAYS: u32 = 256;
+/// Columns are counted in 16 bits.
+pub const MOST_PATCHES: usize = 1 << 15;
+/// Rows that sum to less see next to nothing: their rays are too few to judge them by.
+const DARK: f64 = 0.05;
+/// A row's own factor is at most that, and at least one over it: what is off by more is not mended by scaling.
+const MOST_SCALE: f64 = 2.0;
 /// Rounds of scaling; the sum of a row is off by the square of what it was after each.
 const ROUNDS: u32 = 40;
 
@@ -39,7 +46,7 @@ pub struct Factors {
 }
 
 /// What was computed, and how good it was.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Report {
     /// Pairs by the closed form, by points and by one point.
     pub pairs: [u64; 3],
@@ -49,45 +56,103 @@ pub struct Report {
     pub row_sums: [f64; 3],
     /// The largest change that scaling made to a row's own factor.
     pub largest_scale: f64,
+    /// Largest sum of a row of form factors, after that.
+    pub most_seen: f64,
 }
 
-impl Factors {
-    /// All pairs, on all cores. `progress` gets the number of rows done so far.
-    ///
-    /// # Errors
-    /// More patches than a matrix of so many rows and columns is made of here.
-    pub fn new(patches: &Patches, occluders: &Reference, seed: u64, progress: &(dyn Fn(u64) + Sync)) -> Result<Self> {
-        let count = patches.list.len();
-        if count > 1 << 15 {
-            return Err(Error::new(format!("{count} patches: at most 32768 have a matrix here")));
-        }
-        let done = AtomicU64::new(0);
+/// Exchanges of some patches with all that follow them, before rows are scaled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawRows {
+    /// First patch.
+    pub first: usize,
+    /// Row by row, patches after the row's own; square metres.
+    pub exchanges: Vec<Vec<f32>>,
+    /// Pairs by the closed form, by points and by one point; rays.
+    pub counted: [u64; 4],
+}
+
+impl RawRows {
+    /// Rows `first` to `end` on all cores: the same numbers however rows are grouped. `progress` is told of each row that is done.
+    pub fn new(
+        patches: &Patches,
+        occluders: &Reference,
+        seed: u64,
+        rows: std::ops::Range<usize>,
+        progress: &(dyn Fn() + Sync),
+    ) -> Self {
         let counters: [AtomicU64; 4] = Default::default();
         let row = |i: usize| -> Vec<f32> {
-            let row = ((i + 1)..count)
+            let row = ((i + 1)..patches.list.len())
                 .map(|j| {
-                    let mut random =
-                        Random::new(seed ^ ((i as u64) << 32 | j as u64).wrapping_mul(0x9E6C_63D0_876A_46D5));
+                    let pair = (i as u64) << 32 | j as u64;
+                    let mut random = Random::new(seed ^ pair.wrapping_mul(0x9E6C_63D0_876A_46D5));
                     exchange(&patches.list[i], &patches.list[j], occluders, &mut random, &counters) as f32
                 })
                 .collect();
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            progress();
             row
         };
-        let upper: Vec<Vec<f32>> = (0..count).into_par_iter().map(row).collect();
+        let first = rows.start;
+        let exchanges = rows.into_par_iter().map(row).collect();
+        Self { first, exchanges, counted: counters.map(AtomicU64::into_inner) }
+    }
+}
+
+impl Factors {
+    /// All pairs, on all cores. `progress` is told of each row that is done.
+    ///
+    /// # Errors
+    /// More patches than a matrix of so many rows and columns is made of here.
+    pub fn new(patches: &Patches, occluders: &Reference, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<Self> {
+        let raw = RawRows::new(patches, occluders, seed, 0..patches.list.len(), progress);
+        Self::of_rows(vec![raw], patches, occluders, seed)
+    }
+
+    /// From the rows of all patches, in any grouping.
+    ///
+    /// # Errors
+    /// As [`Factors::new`]; rows that are missing.
+    pub fn of_rows(raw: Vec<RawRows>, patches: &Patches, occluders: &Reference, seed: u64) -> Result<Self> {
+        let count = patches.list.len();
+        if count > MOST_PATCHES {
+            return Err(Error::new(format!("{count} patches: at most {MOST_PATCHES} have a matrix here")));
+        }
         let mut rows = vec![0f32; count * count];
-        for (i, row) in upper.iter().enumerate() {
-            for (offset, &value) in row.iter().enumerate() {
-                let j = i + 1 + offset;
-                (rows[i * count + j], rows[j * count + i]) = (value, value);
+        let (mut counted, mut there) = ([0u64; 4], 0);
+        for part in raw {
+            (0..4).for_each(|k| counted[k] += part.counted[k]);
+            for (offset, row) in part.exchanges.iter().enumerate() {
+                let i = part.first + offset;
+                if i + 1 + row.len() != count {
+                    return Err(Error::new(format!("row {i} of {count} has {} elements", row.len())));
+                }
+                there += 1;
+                for (offset, &value) in row.iter().enumerate() {
+                    let j = i + 1 + offset;
+                    (rows[i * count + j], rows[j * count + i]) = (value, value);
+                }
             }
         }
-        drop(upper);
-        let [near, between, far, rays] = counters.map(AtomicU64::into_inner);
+        if there != count {
+            return Err(Error::new(format!("{there} rows for {count} patches")));
+        }
+        let [near, between, far, rays] = counted;
         let mut factors =
             Self { count, rows, report: Report { pairs: [near, between, far], rays, ..Report::default() } };
         factors.scale(patches, occluders, seed);
         Ok(factors)
+    }
+
+    /// Form factors over the area of the patch that light comes from: symmetric, 1 / m^2.
+    pub fn over_area(&self, patches: &Patches) -> Vec<f32> {
+        let mut elements = self.rows.clone();
+        for i in 0..self.count {
+            for j in i + 1..self.count {
+                let value = (f64::from(self.rows[i * self.count + j]) / patches.list[j].area) as f32;
+                (elements[i * self.count + j], elements[j * self.count + i]) = (value, value);
+            }
+        }
+        elements
     }
 
     /// From exchanges to form factors whose rows sum to what rays find.
@@ -111,14 +176,14 @@ impl Factors {
                 .collect();
             if round == 0 {
                 let shares: Vec<f64> =
-                    sums.iter().zip(&targets).filter(|(_, t)| **t > 0.0).map(|(sum, target)| sum / target).collect();
+                    sums.iter().zip(&targets).filter(|(_, t)| **t > DARK).map(|(sum, target)| sum / target).collect();
                 let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
-                let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
-                self.report.row_sums = [least, mean, shares.iter().copied().fold(0.0, f64::max)];
+                let least = shares.iter().copied().reduce(f64::min).unwrap_or(0.0);
+                self.report.row_sums = [least, mean.abs(), shares.iter().copied().fold(0.0, f64::max)];
             }
             for ((scale, sum), target) in scales.iter_mut().zip(&sums).zip(&targets) {
                 if *sum > 0.0 {
-                    *scale *= (target / sum).sqrt();
+                    *scale = (*scale * (target / sum).sqrt()).clamp(1.0 / MOST_SCALE, MOST_SCALE);
                 }
             }
         }
@@ -128,6 +193,8 @@ impl Factors {
             let own = scales[i] / patches.list[i].area;
             row.iter_mut().zip(scales).for_each(|(x, other)| *x = (f64::from(*x) * own * other) as f32);
         });
+        let sum = |i: usize| self.row(i).iter().map(|x| f64::from(*x)).sum::<f64>();
+        self.report.most_seen = (0..count).map(sum).fold(0.0, f64::max);
     }
 
     /// Row i.
@@ -177,7 +244,7 @@ fn exchange(
         if open == 0.0 {
             return 0.0;
         }
-        let exact: f64 = a.triangles.iter().flat_map(|t| b.triangles.iter().map(move |u| kernel::exchange(t, u))).sum();
+        let exact: f64 = a.triangles.iter().flat_map(|t| b.triangles.iter().map(|u| of_triangles(t, u))).sum();
         return exact * open / all;
     }
     count(between, 1);
@@ -189,6 +256,21 @@ fn exchange(
         })
         .sum();
     sum / f64::from(SAMPLES) * a.area * b.area
+}
+
+/// Exchange of two triangles that nothing stops: by their middles where they are small for how far they are apart.
+fn of_triangles(t: &[DVec3; 3], u: &[DVec3; 3]) -> f64 {
+    let middle = |t: &[DVec3; 3]| (t[0] + t[1] + t[2]) / 3.0;
+    let (p, q) = (middle(t), middle(u));
+    let radius =
+        |t: &[DVec3; 3], p: DVec3| t.iter().map(|corner| corner.distance_squared(p)).fold(0.0, f64::max).sqrt();
+    if p.distance(q) < FAR * (radius(t, p) + radius(u, q)) {
+        return kernel::exchange(t, u);
+    }
+    let cross = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]) * 0.5;
+    let (n, m) = (cross(t), cross(u));
+    let (area, other) = (n.length(), m.length());
+    if area * other > 0.0 { point_kernel(p, n / area, q, m / other) * area * other } else { 0.0 }
 }
 
 /// Some of the other lies in front.

@@ -1,10 +1,18 @@
 //! Diffuse bounced light between patches: which patches a scene comes to, what share of the light that leaves one meets another, and what light each
 //! has in the end (C. Goral et al., "Modeling the Interaction of Light Between Diffuse Surfaces", 1984).
 
+pub mod bake;
+pub mod codec;
 pub mod factors;
+pub mod files;
+pub mod gather;
 pub mod kernel;
 pub mod patches;
 pub mod solve;
+pub mod spectrum;
+pub mod transfer;
 
+pub use bake::{Bake, Settings};
 pub use factors::Factors;
 pub use patches::{Patch, Patches};
+pub use transfer::Transfer;

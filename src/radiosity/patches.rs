@@ -1,9 +1,10 @@
 //! Patches from the triangles themselves: pieces of triangles no longer than a patch is wide, gathered by where they lie, which way they look, in
 //! which plane and of what they are made. Areas are true, reflectance and emission are means over the area.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat3, DMat4, DVec3};
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::reference::render::Reference;
@@ -17,8 +18,12 @@ const NORMAL_STEPS: f64 = 6.0;
 const PLANE_STEPS: f64 = 8.0;
 /// Keeps planes and corners of models off the boundaries of cells.
 const OFF_GRID: f64 = 0.137;
-/// A piece that is partly inside of something is halved until it is so much narrower than a patch.
+/// A piece that is partly inside of something, or that something stands on, is halved until it is so much narrower than a patch.
 const BURIED_STEPS: f64 = 12.0;
+/// Share of the way from the middle of a piece to a corner at which it is looked at.
+const INSET: f64 = 0.98;
+/// Of the width of a patch: so far above a surface pieces have to see each other.
+const LIFT: f64 = 0.05;
 /// Rays, all of which meet nothing but backs from a place inside of something.
 const BURIED_RAYS: u32 = 16;
 /// Pieces that a scene may come to.
@@ -54,22 +59,23 @@ pub struct Patches {
     pub triangles: usize,
     /// Triangles without area, or that are no numbers.
     pub dropped: usize,
-    /// Square metres that nothing can reach, since they lie inside of something.
+    /// Square metres left out, since they lie inside of something or right under it.
     pub buried: f64,
 }
 
 /// Cell, direction, plane within the cell, and material.
 type Key = ([i64; 3], [i64; 3], i64, usize);
 
-#[derive(Default)]
-struct Gathered {
-    triangles: Vec<[DVec3; 3]>,
+/// A triangle of a patch to be.
+struct Piece {
+    corners: [DVec3; 3],
     area: f64,
-    center: DVec3,
     normal: DVec3,
     reflectance: DVec3,
     emission: DVec3,
 }
+
+type Gathered = BTreeMap<Key, Vec<Piece>>;
 
 impl Patches {
     /// Patches about `size` metres wide; `occluders` are of the same scene, seen from [`View::of_world`](crate::scene::view::View::of_world). Blended surfaces let light through and unlit ones have none to give: neither has patches.
@@ -81,7 +87,7 @@ impl Patches {
             return Err(Error::usage(format!("patches of {size} m have no size")));
         }
         let textures = Textures::new(scene)?;
-        let mut gathered: BTreeMap<Key, Gathered> = BTreeMap::new();
+        let mut gathered = Gathered::new();
         let mut patches = Self { list: Vec::new(), size, triangles: 0, dropped: 0, buried: 0.0 };
         let mut pieces = 0usize;
         for instance in &scene.instances {
@@ -114,11 +120,19 @@ impl Patches {
                 }
             }
         }
-        patches.list = gathered.into_values().map(Gathered::patch).collect();
+        let parts: Vec<Vec<Vec<Piece>>> = gathered
+            .into_values()
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|pieces| parted(pieces, occluders, size))
+            .collect();
+        patches.list = parts.into_iter().flatten().map(|pieces| patch(&pieces)).collect();
+        let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
+        patches.list.sort_by_cached_key(|patch| order(patch, low, size));
         Ok(patches)
     }
 
-    /// As near to `count` patches as a width gives, found by halving.
+    /// About `count` patches: widths are tried by counting cells alone, then once more by how many patches these came to.
     ///
     /// # Errors
     /// A scene without surfaces, or as [`Patches::of_size`].
@@ -127,19 +141,26 @@ impl Patches {
         if bounds.is_empty() || count == 0 {
             return Err(Error::new(format!("{}: there is nothing to cut into patches", scene.name)));
         }
-        let (mut low, mut high) = (1e-3 * (bounds.max - bounds.min).max_element(), (bounds.max - bounds.min).length());
-        let mut best = Self::of_size(scene, occluders, high)?;
-        for _ in 0..16 {
-            let size = (low * high).sqrt();
-            let found = Self::of_size(scene, occluders, size)?;
-            let off = |patches: &Self| patches.list.len().abs_diff(count);
-            if found.list.len() > count {
-                low = size
-            } else {
-                high = size
+        let longest = (bounds.max - bounds.min).max_element();
+        let size_for = |cells: f64| {
+            let (mut low, mut high) = (1e-3 * longest, 2.0 * longest);
+            for _ in 0..24 {
+                let size = (low * high).sqrt();
+                if count_cells(scene, size) as f64 > cells { low = size } else { high = size }
             }
-            if off(&found) < off(&best) {
-                best = found;
+            high
+        };
+        let mut wanted = count as f64;
+        let mut best = Self::of_size(scene, occluders, size_for(wanted))?;
+        for _ in 0..2 {
+            let found = best.list.len();
+            if found == 0 || found.abs_diff(count) * 50 < count {
+                break;
+            }
+            wanted *= count as f64 / found as f64;
+            let other = Self::of_size(scene, occluders, size_for(wanted))?;
+            if other.list.len().abs_diff(count) < found.abs_diff(count) {
+                best = other;
             }
         }
         Ok(best)
@@ -149,6 +170,46 @@ impl Patches {
     pub fn area(&self) -> f64 {
         self.list.iter().map(|patch| patch.area).sum()
     }
+}
+
+/// About how many patches a width comes to, without a ray.
+fn count_cells(scene: &Scene, size: f64) -> usize {
+    let mut keys = BTreeSet::new();
+    let mut pieces = 0;
+    for instance in &scene.instances {
+        let mesh = &scene.meshes[instance.mesh];
+        let material = &scene.materials[mesh.material];
+        if material.alpha == AlphaMode::Blend || material.unlit {
+            continue;
+        }
+        for vertices in mesh.indices.chunks_exact(3) {
+            let corners = [0, 1, 2].map(|k| {
+                let local = DVec3::from_array(mesh.positions[vertices[k] as usize].map(f64::from));
+                instance.object_to_world.transform_point3(local)
+            });
+            let (_, normal) = area_and_normal(&corners);
+            for weights in cut(&corners, size) {
+                pieces += 1;
+                if pieces > MOST_PIECES {
+                    return usize::MAX;
+                }
+                let [a, b, c] = placed(&corners, &weights);
+                keys.insert(key((a + b + c) / 3.0, normal, size, mesh.material));
+                if material.double_sided {
+                    keys.insert(key((a + b + c) / 3.0, -normal, size, mesh.material));
+                }
+            }
+        }
+    }
+    keys.len()
+}
+
+/// Where a piece belongs.
+fn key(center: DVec3, normal: DVec3, size: f64, material: usize) -> Key {
+    let cell = (center / size + OFF_GRID).floor();
+    let code = (normal * NORMAL_STEPS + OFF_GRID).round().to_array().map(|x| x as i64);
+    let plane = (normal.dot(center / size + OFF_GRID - cell) * PLANE_STEPS + OFF_GRID).round() as i64;
+    (cell.to_array().map(|x| x as i64), code, plane, material)
 }
 
 /// Barycentric corners of the pieces of a triangle, each cut across its longest edge until that is no longer than `size`.
@@ -193,7 +254,7 @@ struct Source<'a> {
 
 impl Source<'_> {
     /// Adds a piece to its cell, and its back where it has one, but for what lies inside of something: square metres of that.
-    fn gather(&self, weights: &[DVec3; 3], size: f64, gathered: &mut BTreeMap<Key, Gathered>) -> f64 {
+    fn gather(&self, weights: &[DVec3; 3], size: f64, gathered: &mut Gathered) -> f64 {
         let mut buried = 0.0;
         for back in [false, true] {
             if back && !self.material().double_sided {
@@ -208,12 +269,14 @@ impl Source<'_> {
                 }
                 let middle = (piece[0] + piece[1] + piece[2]) / 3.0;
                 let places =
-                    [middle, middle.lerp(piece[0], 0.8), middle.lerp(piece[1], 0.8), middle.lerp(piece[2], 0.8)];
+                    [middle, middle.lerp(piece[0], INSET), middle.lerp(piece[1], INSET), middle.lerp(piece[2], INSET)];
                 let inside = places.map(|place| self.is_buried(place, normal));
-                let mixed = inside.iter().any(|x| *x != inside[0]);
+                let above = places.map(|place| place + normal * (LIFT * size));
+                let cut_through = above[1..].iter().any(|place| self.occluders.is_blocked(above[0], *place));
+                let mixed = cut_through || inside.iter().any(|x| *x != inside[0]);
                 if mixed && longest(&piece) > size / BURIED_STEPS {
                     open.extend(halves(&self.corners, &weights));
-                } else if inside[0] {
+                } else if inside[0] || cut_through {
                     buried += area;
                 } else {
                     self.add(&weights, back, size, gathered);
@@ -242,7 +305,7 @@ impl Source<'_> {
         (0..side * side).all(|k| self.occluders.meets_a_back(place, by_cosine(normal, k, side, [0.5; 2])))
     }
 
-    fn add(&self, weights: &[DVec3; 3], back: bool, size: f64, gathered: &mut BTreeMap<Key, Gathered>) {
+    fn add(&self, weights: &[DVec3; 3], back: bool, size: f64, gathered: &mut Gathered) {
         let piece = self.piece(weights, back);
         let (area, normal) = area_and_normal(&piece);
         let center = (piece[0] + piece[1] + piece[2]) / 3.0;
@@ -261,17 +324,13 @@ impl Source<'_> {
         if matches!(self.material().alpha, AlphaMode::Mask(cutoff) if surface.alpha < f64::from(cutoff)) {
             return;
         }
-        let cell = (center / size + OFF_GRID).floor();
-        let code = (normal * NORMAL_STEPS + OFF_GRID).round().to_array().map(|x| x as i64);
-        let plane = (normal.dot(center / size + OFF_GRID - cell) * PLANE_STEPS + OFF_GRID).round() as i64;
-        let cell = cell.to_array().map(|x| x as i64);
-        let of = gathered.entry((cell, code, plane, self.mesh.material)).or_default();
-        of.area += area;
-        of.center += center * area;
-        of.normal += normal * area;
-        of.reflectance += surface.base_color * (1.0 - surface.metallic) * area;
-        of.emission += surface.emissive * area;
-        of.triangles.push(piece);
+        gathered.entry(key(center, normal, size, self.mesh.material)).or_default().push(Piece {
+            corners: piece,
+            area,
+            normal,
+            reflectance: surface.base_color * (1.0 - surface.metallic),
+            emission: surface.emissive,
+        });
     }
 }
 
@@ -295,19 +354,47 @@ pub(super) fn by_cosine(normal: DVec3, k: u32, side: u32, within: [f64; 2]) -> D
     frame * DVec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).max(0.0).sqrt())
 }
 
-impl Gathered {
-    fn patch(self) -> Patch {
-        let center = self.center / self.area;
-        let radius = self.triangles.iter().flatten().map(|p| p.distance(center)).fold(0.0, f64::max);
-        Patch {
-            triangles: self.triangles,
-            area: self.area,
-            center,
-            normal: self.normal.normalize_or_zero(),
-            radius,
-            reflectance: self.reflectance / self.area,
-            emission: self.emission / self.area,
-        }
+/// Pieces that see each other right above their surface, together: what stands between them parts them.
+fn parted(pieces: Vec<Piece>, occluders: &Reference, size: f64) -> Vec<Vec<Piece>> {
+    let mut parts: Vec<Vec<Piece>> = Vec::new();
+    for piece in pieces {
+        let above = |of: &Piece| (of.corners[0] + of.corners[1] + of.corners[2]) / 3.0 + of.normal * (LIFT * size);
+        let seen = |part: &Vec<Piece>| part.iter().any(|other| !occluders.is_blocked(above(&piece), above(other)));
+        let mut joined = vec![];
+        let (together, apart): (Vec<_>, Vec<_>) = parts.into_iter().partition(seen);
+        together.into_iter().for_each(|part| joined.extend(part));
+        joined.push(piece);
+        parts = apart;
+        parts.push(joined);
+    }
+    parts
+}
+
+/// What patches are sorted by: direction, plane, and place along a curve through all of them (G. Morton, 1966). Neighbours in the list see much
+/// the same, so that blocks of their form factors are alike.
+fn order(patch: &Patch, low: DVec3, size: f64) -> ([i64; 3], i64, u64) {
+    let code = (patch.normal * 2.0).round().to_array().map(|x| x as i64);
+    let from_low = (patch.center - low) / size;
+    let plane = (patch.normal.dot(from_low) * 2.0).round() as i64;
+    let curve = from_low.to_array().iter().enumerate().fold(0u64, |all, (axis, x)| {
+        let steps = (x * 2.0).clamp(0.0, f64::from((1 << 20) - 1)) as u64;
+        (0..20).fold(all, |all, bit| all | (steps >> bit & 1) << (3 * bit + axis))
+    });
+    (code, plane, curve)
+}
+
+fn patch(pieces: &[Piece]) -> Patch {
+    let area: f64 = pieces.iter().map(|piece| piece.area).sum();
+    let mean = |of: &dyn Fn(&Piece) -> DVec3| pieces.iter().map(|piece| of(piece) * piece.area).sum::<DVec3>() / area;
+    let center = mean(&|piece| (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0);
+    Patch {
+        triangles: pieces.iter().map(|piece| piece.corners).collect(),
+        area,
+        center,
+        normal: mean(&|piece| piece.normal).normalize_or_zero(),
+        radius: pieces.iter().flat_map(|piece| piece.corners).map(|p| p.distance(center)).fold(0.0, f64::max),
+        reflectance: mean(&|piece| piece.reflectance),
+        emission: mean(&|piece| piece.emission),
     }
 }
 

@@ -19,10 +19,18 @@ const MOST_GATHERS: u32 = 10_000;
 pub fn direct(patches: &Patches, occluders: &Reference, shader: &Shader, seed: u64) -> Vec<DVec3> {
     let of = |(index, patch): (usize, &super::Patch)| {
         let mut random = Random::new(seed ^ (index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
-        let sum: DVec3 = (0..POINTS)
-            .map(|k| occluders.irradiance(shader, point_on(patch, k, POINTS, &mut random), patch.normal))
-            .sum();
-        sum / f64::from(POINTS)
+        (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect::<Vec<_>>()
+    };
+    let points: Vec<DVec3> = patches.list.iter().enumerate().flat_map(of).collect();
+    direct_at(patches, &points, occluders, shader)
+}
+
+/// The same at given points, as many of each patch.
+pub fn direct_at(patches: &Patches, points: &[DVec3], occluders: &Reference, shader: &Shader) -> Vec<DVec3> {
+    let each = points.len() / patches.list.len().max(1);
+    let of = |(index, patch): (usize, &super::Patch)| {
+        let own = &points[index * each..(index + 1) * each];
+        own.iter().map(|p| occluders.irradiance(shader, *p, patch.normal)).sum::<DVec3>() / each.max(1) as f64
     };
     patches.list.par_iter().enumerate().map(of).collect()
 }

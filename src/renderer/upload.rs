@@ -101,6 +101,13 @@ pub(super) fn scene(
     if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
         uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
     }
+    if let (Some(bounced), Some(of)) = (&plan.bounced, &handles.bounced) {
+        uploader.buffer(queue, realized.buffer(of.places), cast_slice(&bounced.places))?;
+        uploader.buffer(queue, realized.buffer(of.words), cast_slice(&bounced.bake.transfer.words))?;
+        uploader.buffer(queue, realized.buffer(of.patches), cast_slice(&bounced.patches))?;
+        uploader.buffer(queue, realized.buffer(of.points), cast_slice(&bounced.points))?;
+        uploader.buffer(queue, realized.buffer(of.matrix), cast_slice(&bounced.matrix))?;
+    }
     upload_shapes(&mut uploader, queue, realized, handles, plan)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {
         let image = &scene.images[key.image];

@@ -51,6 +51,16 @@ impl Fnv {
     }
 }
 
+/// Of what light meets: images, materials, meshes and instances. 16 hexadecimal digits.
+pub(super) fn surfaces(scene: &Scene) -> String {
+    let mut hash = Fnv(OFFSET_BASIS);
+    list(&mut hash, &scene.images, image);
+    list(&mut hash, &scene.materials, material);
+    list(&mut hash, &scene.meshes, mesh);
+    list(&mut hash, &scene.instances, instance);
+    format!("{:016x}", hash.0)
+}
+
 /// 16 hexadecimal digits.
 pub(super) fn scene(scene: &Scene) -> String {
     let mut hash = Fnv(OFFSET_BASIS);

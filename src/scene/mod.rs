@@ -351,6 +351,11 @@ impl Scene {
     pub fn fingerprint(&self) -> String {
         fingerprint::scene(self)
     }
+
+    /// The same of what light meets alone: lights and cameras may differ.
+    pub fn surface_fingerprint(&self) -> String {
+        fingerprint::surfaces(self)
+    }
 }
 
 pub mod builtin;

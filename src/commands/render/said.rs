@@ -144,11 +144,15 @@ fn gi_json(plan: &Plan, outcome: &Outcome) -> Value {
     let (paths, seed) = match plan.gi {
         Gi::Off => (None, None),
         Gi::Path { paths, seed } => (Some(paths), Some(seed)),
+        Gi::Radiosity { .. } => (None, None),
     };
     json!({
         "mode": plan.gi.name(),
         "spp": paths,
         "seed": seed,
+        "patches": plan.bounced.as_ref().map(|bounced| bounced.patches.len()),
+        "gathers": plan.bounced.as_ref().map(|bounced| bounced.steps.len()),
+        "codec": plan.bounced.as_ref().map(|bounced| bounced.bake.settings.codec.name()),
         "standard_error": outcome.bounced.as_ref().and_then(|bounced| bounced.standard_error),
         "ms": outcome.bounced.as_ref().map(|bounced| bounced.ms),
     })

@@ -15,7 +15,7 @@ pub struct Statement {
 }
 
 /// Every effect, in the order in which plans list them.
-pub const STATEMENTS: [Statement; 14] = [
+pub const STATEMENTS: [Statement; 15] = [
     Statement {
         name: "prepass",
         called_by: "anything that is drawn",
@@ -99,5 +99,11 @@ pub const STATEMENTS: [Statement; 14] = [
         called_by: "`extras.lampyris.shadow` of a light, or `--shadows N`: the N lights that matter most in view (mean illuminance within their range times the share of the picture that it covers); light that reaches something that is seen",
         costs: "a pass, run once while nothing moves (`--shadow-update frame`: in every frame); maps of depth in one image, 4 bytes a texel, `--shadow-size` columns each: one for a spot light of at most 60 degrees to a side, up to six (the sides of a cube that see something of the view) for others with a place, up to four (cascades) for a directional one; `(filter + 1)^2` reads a pixel and light (`--shadow-filter`); a variant of every shader that lights",
         off: "`--shadows 0`, `--forbid shadows`",
+    },
+    Statement {
+        name: "radiosity",
+        called_by: "`--gi radiosity`, where patches reflect more than the tolerance or emit",
+        costs: "a pass for the light of patches and one a gather, run once while nothing moves; the matrix (half a byte an element and less), about 400 bytes a patch and its points, 4 bytes a word of the grid; shadows of all lights; a variant of every shader that lights, which mixes the patches about each pixel",
+        off: "`--gi off`",
     },
 ];

@@ -246,7 +246,7 @@ impl ShadowUpdate {
 }
 
 /// Diffuse light that did not come straight from a punctual light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gi {
     /// None.
     Off,
@@ -256,6 +256,13 @@ pub enum Gi {
         paths: u32,
         /// Of their directions.
         seed: u64,
+    },
+    /// Between patches that were baked ([`super::Request::bake`]).
+    Radiosity {
+        /// `None`: as many as the tolerance needs.
+        gathers: Option<u32>,
+        /// Share of all bounces that may be left out.
+        tolerance: f64,
     },
 }
 
@@ -270,6 +277,7 @@ impl Gi {
         match self {
             Self::Off => "off",
             Self::Path { .. } => "path",
+            Self::Radiosity { .. } => "radiosity",
         }
     }
 }

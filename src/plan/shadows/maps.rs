@@ -69,11 +69,13 @@ pub(super) struct World {
     pub farthest: f64,
     /// Corners in view space of all that can be seen.
     seen: [DVec3; 8],
+    /// Light matters wherever it falls, seen or not: it is reflected from there.
+    everywhere: bool,
 }
 
 impl World {
     /// `extent` is the distance in metres from the eye beyond which nothing is drawn.
-    pub fn new(scene: &Scene, view: &View, extent: f64) -> Self {
+    pub fn new(scene: &Scene, view: &View, extent: f64, everywhere: bool) -> Self {
         let bounds = scene.bounds();
         let ahead = corners(bounds.min, bounds.max).map(|p| -view.world_to_view.transform_point3(p).z);
         let nearest = ahead.into_iter().fold(f64::INFINITY, f64::min);
@@ -86,12 +88,13 @@ impl World {
             near: nearest.max(view.znear),
             farthest,
             seen: slice(&view.lens, view.znear, farthest),
+            everywhere,
         }
     }
 
     /// Nothing of the hull of what can be seen is in the clip volume.
     pub fn sees_nothing_of(&self, view_to_map: &DMat4) -> bool {
-        is_outside(view_to_map, &self.seen)
+        !self.everywhere && is_outside(view_to_map, &self.seen)
     }
 
     /// Metres from a place to the farthest corner of the scene.
@@ -197,6 +200,9 @@ fn local_map(light: &ResolvedLight, world: &World, axes: [DVec3; 3], half: f64, 
 /// Whether the cone of a spot light shines on anything that can be seen, as far as planes tell; true for other lights.
 pub(super) fn shines_into_view(light: &ResolvedLight, world: &World) -> bool {
     let LightKind::Spot { outer, .. } = light.kind else { return true };
+    if world.everywhere {
+        return true;
+    }
     let (axis, outer) = (light.direction.normalize(), f64::from(outer));
     if outer <= WIDEST_MAP {
         let half = outer.max(NARROWEST_MAP).tan() * (1.0 + 1e-6);
@@ -230,14 +236,17 @@ fn cascades(light: &ResolvedLight, world: &World, size: u32, margin: f64) -> Vec
     let (nearest, depth) = (nearest - slack, last - nearest + 2.0 * slack);
     let whole = ((high - low).max_element() * 0.5).max(1e-9);
     let mut maps = Vec::new();
-    for [begin, end] in world.slices() {
+    // What is not seen lies in a map of everything, behind those of what is.
+    let unseen = world.everywhere.then_some(None);
+    for part in world.slices().into_iter().map(Some).chain(unseen) {
+        let [begin, end] = part.unwrap_or([world.near.min(world.farthest), world.farthest]);
         let points = slice(&world.lens, begin, end);
         let middle = points.iter().sum::<DVec3>() / 8.0;
         let radius = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         // How deep the view of parallel rays is changes with every step of the camera.
         let radius = if world.lens.is_perspective() { radius } else { stepped(radius) };
         // A map of the whole scene is as good as one of a part that is larger.
-        let all = radius >= whole;
+        let all = part.is_none() || radius >= whole;
         let (center, half) = if all {
             ((low + high) * 0.5, whole)
         } else {

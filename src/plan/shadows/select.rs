@@ -28,8 +28,8 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
     let seen: Vec<f64> = if idle || scene.bounds().is_empty() {
         vec![0.0; count]
     } else {
-        let world = World::new(scene, view, extent);
-        lights.iter().map(|light| importance(light, view, &world)).collect()
+        let world = World::new(scene, view, extent, request.gi != Gi::Off);
+        lights.iter().map(|light| importance(light, view, &world, request.gi != Gi::Off)).collect()
     };
     let reaching = seen.iter().filter(|matters| **matters > 0.0).count();
     let asking_seen: Vec<bool> =
@@ -47,10 +47,9 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
         None if forced && asking_reaching == 0 => {
             (most_important(1), format!("the light that matters most of {reaching} that reach what is seen"))
         }
-        None if request.gi != Gi::Off => (
-            most_important(count),
-            format!("--gi {}: all {reaching} lights that reach what is seen", request.gi.name()),
-        ),
+        None if request.gi != Gi::Off => {
+            (most_important(count), format!("--gi {}: all {reaching} lights that reach the scene", request.gi.name()))
+        }
         None if asking == 0 => (vec![false; count], format!("none of {count} lights asks")),
         Some(0) => (vec![false; count], "--shadows 0".into()),
         None => (asking_seen, format!("{asking} of {count} lights ask, {asking_reaching} of these reach what is seen")),
@@ -67,12 +66,19 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
 
 /// How much of a picture's light comes from one light: its mean illuminance within its range, in lux, times the share of the picture
 /// that its range covers; 0 where it reaches nothing that is seen, as far as boxes and planes tell.
-fn importance(light: &ResolvedLight, view: &View, world: &World) -> f64 {
+fn importance(light: &ResolvedLight, view: &View, world: &World, everywhere: bool) -> f64 {
     let brightness = light.intensity.max_element();
     if light.kind == LightKind::Directional {
         return brightness;
     }
     let center = view.world_to_view.transform_point3(light.position);
+    if everywhere && !reaches_scene(light, world) {
+        return 0.0;
+    }
+    if everywhere {
+        let apart = center.length().max(1e-6);
+        return brightness / (apart * apart);
+    }
     let Some(rectangle) = tangent_rectangle(center, light.range, view) else { return 0.0 };
     let nearest = distance_range(center, light.range, view).map_or(f64::INFINITY, |[near, _]| f64::from(near));
     if nearest > world.farthest || !reaches_scene(light, world) || !shines_into_view(light, world) {

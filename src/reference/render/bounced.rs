@@ -100,6 +100,16 @@ impl Reference<'_> {
         self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
     }
 
+    /// What stops light between two points: a point of its plane and the plane's normal, of unit length.
+    pub fn blocked_by(&self, from: DVec3, to: DVec3) -> Option<[DVec3; 2]> {
+        let way = to - from;
+        let min = 1e-7 * (1.0 + from.length() / way.length());
+        let ray = Ray { origin: from, direction: way, min, max: 1.0 - min };
+        let crossing = self.bvh.nearest(&ray, |crossing| self.stands_in_way(crossing, way))?;
+        let [a, b, c] = self.bvh.corners(crossing.triangle);
+        Some([from + way * crossing.t, (b - a).cross(c - a).normalize_or_zero()])
+    }
+
     /// Light that goes this way meets a surface on a side that may send it on.
     pub fn meets_a_patch(&self, from: DVec3, direction: DVec3) -> bool {
         self.met(from, direction).is_some_and(|(stand, _)| stand.active && !stand.surface.unlit)

@@ -1,0 +1,55 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What each patch sends at first: emission, and the direct light at its points past the shadow maps. Sixteen threads a patch, one a point.
+// CPU twin: radiosity/solve.rs.
+#include "base.glsl"
+#include "surface_data.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
+layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
+layout(set = 0, binding = 2, scalar) readonly buffer PointBlock { vec3 data[]; } patch_points;
+layout(set = 0, binding = 6, scalar) writeonly buffer LightBlock { PatchLight data[]; } light;
+
+#include "shade.glsl"
+
+layout(push_constant, scalar) uniform Push { PatchPush data; } push;
+
+shared vec3 sums[64];
+
+void main() {
+    uint at = gl_LocalInvocationID.x;
+    uint patch_id = (gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x) * (64u / PATCH_POINTS) + at / PATCH_POINTS;
+    vec3 irradiance = vec3(0.0);
+    if (patch_id < push.data.count) {
+        Surface s;
+        s.position = patch_points.data[patch_id * PATCH_POINTS + at % PATCH_POINTS];
+        s.normal = patches.data[patch_id].normal;
+        s.base_color = vec3(1.0);
+        s.alpha = 1.0;
+        s.metallic = 0.0;
+        s.roughness = 1.0;
+        s.occlusion = 1.0;
+        s.emissive = vec3(0.0);
+        s.unlit = false;
+        s.model = SHADING_LAMBERT;
+        s.model_color = vec3(0.0);
+        s.model_exponent = 0.0;
+        vec3 v = view_direction(s);
+        irradiance = add_lights(vec3(0.0), make_lobes(s, v), s, v, 0u, frame.data.light_count) * PI;
+    }
+    sums[at] = irradiance;
+    barrier();
+    if (at % PATCH_POINTS != 0u || patch_id >= push.data.count) {
+        return;
+    }
+    precise vec3 sum = vec3(0.0);
+    for (uint k = 0u; k < PATCH_POINTS; ++k) {
+        sum += sums[at + k];
+    }
+    PatchData of = patches.data[patch_id];
+    precise vec3 first = of.emission * PI + of.reflectance * (sum * (1.0 / float(PATCH_POINTS)));
+    precise vec3 sent = first * of.area;
+    light.data[patch_id] = PatchLight(vec4(0.0), vec4(0.0), vec4(sent, 0.0), vec4(first, 0.0));
+}

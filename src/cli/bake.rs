@@ -1,0 +1,70 @@
+//! Options of `bake`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// Bake the exchange of light between patches of a scene.
+#[derive(Debug, Clone, Args)]
+pub struct Bake {
+    /// A .gltf or .glb file, or builtin:NAME[:key=value,...].
+    pub scene: String,
+    /// Folder to write; a bake that is there is replaced.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// About how many patches [default: 1000].
+    #[arg(long, value_name = "N", conflicts_with = "patch_size", value_parser = clap::value_parser!(u32).range(1..=32768))]
+    pub patches: Option<u32>,
+    /// How wide a patch is, metres.
+    #[arg(long, value_name = "METRES", value_parser = parse_metres)]
+    pub patch_size: Option<f64>,
+    /// How the matrix is stored.
+    #[arg(long, value_enum, default_value = "zero-block")]
+    pub codec: CodecArg,
+    /// Elements whose residual is stored beside the blocks of zero-block, per cent.
+    #[arg(long, value_name = "PERCENT", default_value = "2", value_parser = parse_percent)]
+    pub extract: f64,
+    /// Seed of rays and points.
+    #[arg(long, value_name = "S", default_value = "1")]
+    pub seed: u64,
+    /// Bake only a part of the rows, to be merged with the others: I from 1 to N.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with = "merge")]
+    pub shard: Option<(u32, u32)>,
+    /// Make the bake of rows that shards have left; none is computed here.
+    #[arg(long)]
+    pub merge: bool,
+    /// Write the machine form here, - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// `--codec`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CodecArg {
+    /// 32 bits an element.
+    Classical,
+    /// Blocks of eight bytes, 3 bits an element of which one value is exactly 0, and a sparse residual.
+    ZeroBlock,
+}
+
+fn parse_metres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
+        _ => Err("a patch is a positive number of metres wide".into()),
+    }
+}
+
+fn parse_percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
+        _ => Err("per cent from 0 to 100".into()),
+    }
+}
+
+fn parse_shard(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parts {
+        Some((i, n)) if i >= 1 && i <= n => Ok((i, n)),
+        _ => Err("a shard is I/N, I from 1 to N".into()),
+    }
+}

@@ -1,0 +1,231 @@
+//! `bake`: patches, form factors, codec, and a folder of files.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::measured::progress;
+use super::{report, setup};
+use crate::cli::{self, CodecArg};
+use crate::error::{Error, Result};
+use crate::gpu::pipeline_cache;
+use crate::radiosity::bake::{self, Bake, CodecName, PatchRule, Settings};
+use crate::radiosity::factors::RawRows;
+use crate::radiosity::{Patches, files};
+use crate::reference::render::Reference;
+use crate::scene::Scene;
+use crate::scene::view::View;
+
+/// Milliseconds by stage, in their order.
+type Stages = Vec<(&'static str, f64)>;
+
+/// Runs the command.
+///
+/// # Errors
+/// One sentence; rows that are done are kept for the next call.
+pub fn run(args: &cli::Bake) -> Result<ExitCode> {
+    files::check_place(&args.output)?;
+    let scene = setup::load_scene(&args.scene)?;
+    let settings = settings(args);
+    let mut stages = Stages::new();
+    let which = match (args.shard, args.merge) {
+        (Some((i, n)), _) => Rows::Shard { index: i as usize - 1, of: n as usize },
+        (None, true) => Rows::Given,
+        (None, false) => Rows::All,
+    };
+    let Some(baked) = make(&scene, settings, &args.output, &which, &mut stages)? else {
+        let parts = parts_of(&args.output);
+        report::print(&format!(
+            "rows      of shard {} are in {}; bake --merge makes the bake of all of them\n",
+            args.shard.map_or(String::new(), |(i, n)| format!("{i}/{n}")),
+            parts.display()
+        ))?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let start = Instant::now();
+    let bytes = files::store(&baked, &args.output)?;
+    let _ = fs::remove_dir_all(parts_of(&args.output));
+    stages.push(("files", start.elapsed().as_secs_f64() * 1e3));
+    if !report::json_on_stdout(args.json.as_deref()) {
+        report::print(&said(&baked, &stages, bytes, &args.output))?;
+    }
+    if let Some(path) = &args.json {
+        report::write_json(path, &machine_form(&baked, &stages, bytes))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn settings(args: &cli::Bake) -> Settings {
+    let patches = match (args.patch_size, args.patches) {
+        (Some(metres), _) => PatchRule::Size(metres),
+        (None, Some(count)) => PatchRule::Count(count as usize),
+        (None, None) => Settings::default().patches,
+    };
+    let codec = match args.codec {
+        CodecArg::Classical => CodecName::Classical,
+        CodecArg::ZeroBlock => CodecName::ZeroBlock,
+    };
+    Settings { patches, codec, extract: args.extract / 100.0, seed: args.seed }
+}
+
+/// Which rows are computed here.
+enum Rows {
+    /// All that are not there yet.
+    All,
+    /// Every `of`-th run, from `index` on.
+    Shard { index: usize, of: usize },
+    /// None: they have to be there.
+    Given,
+}
+
+/// Where rows are kept until all are there.
+fn parts_of(folder: &Path) -> PathBuf {
+    files::beside(folder, ".rows")
+}
+
+/// What of a bake its rows depend on.
+fn key(scene: &Scene, settings: &Settings, patches: &Patches) -> String {
+    format!("{}-{}-{}-{}", scene.surface_fingerprint(), patches.list.len(), patches.size.to_bits(), settings.seed)
+}
+
+/// Makes a bake; `None` where only a shard's rows were wanted.
+fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: &mut Stages) -> Result<Option<Bake>> {
+    let mut timed = |name: &'static str, start: Instant| stages.push((name, start.elapsed().as_secs_f64() * 1e3));
+    let start = Instant::now();
+    let occluders = Reference::new(scene, &View::of_world())?;
+    let patches = bake::patches(scene, &occluders, settings.patches)?;
+    let count = patches.list.len();
+    if count == 0 {
+        return Err(Error::new(format!("{}: no surface reflects light between patches", scene.name)));
+    }
+    timed("patches", start);
+    let start = Instant::now();
+    let key = key(scene, &settings, &patches);
+    let parts = parts_of(folder);
+    fs::create_dir_all(&parts).map_err(|e| Error::new(format!("{}: could not be made: {e}", parts.display())))?;
+    let bar = progress(count as u64, "form factors, rows");
+    let mut rows = Vec::new();
+    for (index, run) in bake::runs(count).into_iter().enumerate() {
+        if matches!(which, Rows::Shard { index: own, of } if index % of != *own) {
+            bar.inc(run.len() as u64);
+            continue;
+        }
+        rows.push(rows_of(&patches, &occluders, settings.seed, (&parts, &key), run, which, &|| bar.inc(1))?);
+    }
+    bar.finish_and_clear();
+    timed("form factors", start);
+    if matches!(which, Rows::Shard { .. }) {
+        return Ok(None);
+    }
+    let start = Instant::now();
+    let baked = Bake::new(scene, &occluders, settings, patches, rows)?;
+    timed("codec and transfer", start);
+    Ok(Some(baked))
+}
+
+/// A run of rows from its file, or computed and stored there.
+fn rows_of(
+    patches: &Patches,
+    occluders: &Reference,
+    seed: u64,
+    (parts, key): (&Path, &str),
+    run: Range<usize>,
+    which: &Rows,
+    done: &(dyn Fn() + Sync),
+) -> Result<RawRows> {
+    if let Some(found) = files::load_rows(parts, key, &run, patches.list.len())? {
+        run.for_each(|_| done());
+        return Ok(found);
+    }
+    if matches!(which, Rows::Given) {
+        let path = files::rows_path(parts, &run);
+        return Err(Error::new(format!("{}: rows {} to {} are not there", path.display(), run.start, run.end - 1)));
+    }
+    let found = RawRows::new(patches, occluders, seed, run, done);
+    files::store_rows(parts, key, &found)?;
+    Ok(found)
+}
+
+/// The bake of a scene from the cache, made there where it is not.
+///
+/// # Errors
+/// As baking; no cache folder.
+pub fn cached(scene: &Scene) -> Result<Bake> {
+    let settings = Settings::default();
+    let cache = pipeline_cache::folder()
+        .ok_or_else(|| Error::new("neither XDG_CACHE_HOME nor HOME is set: a bake has no place; --gi radiosity:DIR"))?;
+    let PatchRule::Count(count) = settings.patches else { return Err(Error::new("the default has a size")) };
+    let name = format!("bake-{}-{count}-{}", scene.surface_fingerprint(), settings.codec.name());
+    let folder = cache.join(name);
+    if let Ok(found) = files::load(&folder, &scene.surface_fingerprint()) {
+        return Ok(found);
+    }
+    fs::create_dir_all(&cache).map_err(|e| Error::new(format!("{}: could not be made: {e}", cache.display())))?;
+    let made = make(scene, settings, &folder, &Rows::All, &mut Stages::new())?;
+    let baked = made.ok_or_else(|| Error::new("a bake without shards is whole"))?;
+    files::store(&baked, &folder)?;
+    let _ = fs::remove_dir_all(parts_of(&folder));
+    Ok(baked)
+}
+
+fn said(baked: &Bake, stages: &Stages, bytes: u64, folder: &Path) -> String {
+    let patches = &baked.patches;
+    let count = patches.list.len();
+    let report = &baked.factors;
+    let times: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3)).collect();
+    let [least, mean, most] = report.row_sums;
+    format!(
+        "patches   {count} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something\n\
+         factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
+         codec     {}: {:.3} bytes an element, {} in all; relative L2 of a gather {:.2e}, at most {:.2e}\n\
+         spectrum  {:.4} to {:.4}{}\n\
+         seconds   {}\n\
+         folder    {} ({})\n",
+        patches.size,
+        patches.triangles,
+        patches.dropped,
+        patches.buried,
+        report.pairs[0],
+        report.pairs[1],
+        report.pairs[2],
+        report.rays,
+        baked.settings.codec.name(),
+        baked.bytes_an_element(),
+        report::bytes(baked.operator.bytes()),
+        baked.codec_error[0],
+        baked.codec_error[1],
+        baked.spectrum.smallest,
+        baked.spectrum.largest,
+        if baked.norm_scale < 1.0 { format!(", scaled by {:.5}", baked.norm_scale) } else { String::new() },
+        times.join(", "),
+        folder.display(),
+        report::bytes(bytes),
+    )
+}
+
+fn machine_form(baked: &Bake, stages: &Stages, bytes: u64) -> Value {
+    let seconds: serde_json::Map<String, Value> =
+        stages.iter().map(|(name, ms)| (name.replace(' ', "_"), json!(ms * 1e-3))).collect();
+    json!({
+        "schema": report::SCHEMA,
+        "scene": baked.fingerprint,
+        "settings": baked.settings,
+        "patches": baked.patches.list.len(),
+        "patch_size_m": baked.patches.size,
+        "triangles": baked.patches.triangles,
+        "dropped": baked.patches.dropped,
+        "buried_m2": baked.patches.buried,
+        "factors": baked.factors,
+        "bytes_an_element": baked.bytes_an_element(),
+        "matrix_bytes": baked.operator.bytes(),
+        "codec_error": { "mean": baked.codec_error[0], "worst": baked.codec_error[1] },
+        "spectrum": baked.spectrum,
+        "norm_scale": baked.norm_scale,
+        "seconds": seconds,
+        "bytes": bytes,
+    })
+}

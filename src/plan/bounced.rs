@@ -1,0 +1,253 @@
+//! Bounced light: whether it is gathered at all, in how many steps, and everything that is uploaded for it.
+
+use std::sync::Arc;
+
+use glam::DMat4;
+
+use super::effects::Effect;
+use super::{Gi, Limits, Plan, Request, Technique};
+use crate::error::{Error, Result};
+use crate::radiosity::bake::{Operator, POINTS};
+use crate::radiosity::{Bake, Patch};
+use crate::scene::view::View;
+use crate::shared::{self, GatherPush, PatchData, PatchLight};
+
+/// Error that is left of the bounces where nothing is said, relative to all of them.
+pub const DEFAULT_TOLERANCE: f64 = 0.005;
+/// Most gathers: what tolerances ask for beyond that is f32's own error.
+pub const MOST_GATHERS: u32 = 64;
+
+/// Storage buffers of one stage, at most: materials, lights, a list and its offsets, and words of the grid.
+const STORAGE_BUFFERS: u32 = 5;
+
+/// What is gathered, and how.
+#[derive(Debug, Clone)]
+pub struct Bounced {
+    /// What was baked.
+    pub bake: Arc<Bake>,
+    /// Share of the residual and weight of the change of each gather (G. Golub, R. Varga, 1961).
+    pub steps: Vec<[f32; 2]>,
+    /// The grid and patches in it (`BOUNCED_HEAD_TEXELS`).
+    pub places: Vec<[f32; 4]>,
+    /// What of patches light does not change, view space.
+    pub patches: Vec<PatchData>,
+    /// Points of patches, view space.
+    pub points: Vec<[f32; 3]>,
+    /// The matrix.
+    pub matrix: Vec<u32>,
+    /// Where its parts are.
+    pub push: GatherPush,
+    /// Value of CODEC.
+    pub codec: u32,
+    /// Cells and lists are more words than a texel buffer holds: shading reads them from a storage buffer.
+    pub words_in_storage: bool,
+}
+
+/// Bounced light, or why there is none.
+pub(super) type Decision = (Option<Bounced>, String);
+
+impl Bounced {
+    /// `None` where none is wanted, or where there would be none worth a pass.
+    ///
+    /// # Errors
+    /// No bake; a matrix or a grid that this device does not bind.
+    pub(super) fn new(request: &Request, view: &View, limits: &Limits) -> Result<Decision> {
+        let Gi::Radiosity { gathers, tolerance } = request.gi else {
+            return Ok((None, format!("--gi {}", request.gi.name())));
+        };
+        let surfaces = request.debug_view.is_some_and(super::DebugView::of_surfaces);
+        if surfaces || request.technique == Technique::Reference {
+            return Ok((None, "rays or surfaces are drawn instead".into()));
+        }
+        let bake = request.bake.clone().ok_or_else(|| Error::usage("--gi radiosity needs a bake"))?;
+        let brightest = bake.patches.list.iter().map(|p| p.reflectance.max_element()).fold(0.0, f64::max);
+        let emits = bake.patches.list.iter().any(|p| p.emission.max_element() > 0.0);
+        let most = brightest * bake.factors.most_seen;
+        if !emits && most <= tolerance {
+            let why = format!("at most {most:.4} of the light is reflected, less than the tolerance {tolerance}");
+            return Ok((None, why));
+        }
+        let count = gathers.unwrap_or_else(|| gathers_for(tolerance, &bake));
+        let steps = chebyshev(bake.spectrum.smallest, bake.spectrum.largest, count);
+        let (codec, matrix, push) = matrix(&bake);
+        let planned = Self {
+            steps,
+            places: places(&bake, view),
+            patches: bake.patches.list.iter().map(|patch| patch_data(patch, view)).collect(),
+            points: bake.points.iter().map(|p| view.world_to_view.transform_point3(*p).as_vec3().to_array()).collect(),
+            matrix,
+            push,
+            codec,
+            words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
+            bake,
+        };
+        planned.check(limits)?;
+        let bake = &planned.bake;
+        let why = format!(
+            "{} patches, {} ({:.3} bytes an element): {count} gathers {}; reflection has eigenvalues from {:.3} to {:.3}",
+            bake.patches.list.len(),
+            bake.settings.codec.name(),
+            bake.bytes_an_element(),
+            match gathers {
+                Some(_) => "as asked for".to_string(),
+                None => format!("leave {tolerance} of all bounces"),
+            },
+            bake.spectrum.smallest,
+            bake.spectrum.largest,
+        );
+        Ok((Some(planned), why))
+    }
+
+    fn check(&self, limits: &Limits) -> Result<()> {
+        if self.words_in_storage && limits.max_stage_storage_buffers < STORAGE_BUFFERS {
+            return Err(Error::new(format!(
+                "--gi radiosity: a grid of {} words takes one of {STORAGE_BUFFERS} storage buffers of a stage, this device has {}; bake fewer patches",
+                self.bake.transfer.words.len(),
+                limits.max_stage_storage_buffers
+            )));
+        }
+        let bytes = (self.matrix.len() * 4) as u64;
+        if bytes > limits.max_storage_bytes {
+            return Err(Error::new(format!(
+                "--gi radiosity: the matrix has {bytes} bytes, this device binds at most {} at once",
+                limits.max_storage_bytes
+            )));
+        }
+        let lights = self.patches.len() * shared::BOUNCED_LIGHT_TEXELS as usize;
+        let texels = [self.places.len(), lights];
+        match texels.into_iter().find(|n| *n as u64 > limits.max_texel_elements) {
+            Some(texels) => Err(Error::new(format!(
+                "--gi radiosity: {texels} texels for {} patches, this device's texel buffers have {}; bake fewer patches",
+                self.patches.len(),
+                limits.max_texel_elements
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Bytes of all buffers of bounced light.
+    pub fn bytes(&self) -> u64 {
+        let light = 2 * size_of::<PatchLight>() * self.patches.len();
+        let texels = 16 * self.places.len() + 12 * self.points.len();
+        let words = 4 * (self.bake.transfer.words.len() + self.matrix.len());
+        (light + texels + words + size_of_val(self.patches.as_slice())) as u64
+    }
+}
+
+/// What is left of the bounces after so many steps, at most, relative to all of them, in the norm of areas and reflectance.
+pub fn left_after(gathers: u32, smallest: f64, largest: f64) -> f64 {
+    let sigma = (largest - smallest) / (2.0 - largest - smallest);
+    if sigma <= 0.0 {
+        return 0.0;
+    }
+    let c = (1.0 - (1.0 - sigma * sigma).max(0.0).sqrt()) / sigma;
+    let power = c.powi(gathers as i32);
+    2.0 * power / (1.0 + power * power)
+}
+
+fn gathers_for(tolerance: f64, bake: &Bake) -> u32 {
+    let enough = |n: &u32| left_after(*n, bake.spectrum.smallest, bake.spectrum.largest) <= tolerance;
+    (1..MOST_GATHERS).find(enough).unwrap_or(MOST_GATHERS)
+}
+
+/// Share of the residual and weight of each step.
+fn chebyshev(smallest: f64, largest: f64, count: u32) -> Vec<[f32; 2]> {
+    let step = 2.0 / (2.0 - largest - smallest);
+    let sigma2 = ((largest - smallest) / (2.0 - largest - smallest)).powi(2);
+    let mut weight = 1.0;
+    (0..count)
+        .map(|k| {
+            weight = match k {
+                0 => 1.0,
+                1 => 1.0 / (1.0 - 0.5 * sigma2),
+                _ => 1.0 / (1.0 - 0.25 * sigma2 * weight),
+            };
+            [step as f32, weight as f32]
+        })
+        .collect()
+}
+
+fn patch_data(patch: &Patch, view: &View) -> PatchData {
+    PatchData {
+        normal: view.world_to_view.transform_vector3(patch.normal).normalize_or_zero().as_vec3().to_array(),
+        area: patch.area as f32,
+        reflectance: patch.reflectance.as_vec3().to_array(),
+        emission: patch.emission.as_vec3().to_array(),
+    }
+}
+
+fn places(bake: &Bake, view: &View) -> Vec<[f32; 4]> {
+    let transfer = &bake.transfer;
+    let to_cells = DMat4::from_scale((1.0 / transfer.cell) * glam::DVec3::ONE)
+        * DMat4::from_translation(-transfer.origin)
+        * view.world_to_view.inverse();
+    let [x, y, z] = transfer.size.map(|n| n as f32);
+    let mut texels: Vec<[f32; 4]> = (0..3).map(|row| to_cells.row(row).as_vec4().to_array()).collect();
+    texels.extend([[x, y, z, transfer.reach as f32], [transfer.cell as f32, 0.0, 0.0, 0.0]]);
+    for patch in &bake.patches.list {
+        let center = (patch.center - transfer.origin) / transfer.cell;
+        // Only ratios of areas matter.
+        let area = patch.area / bake.patches.size.powi(2);
+        texels.push(center.extend(area).as_vec4().to_array());
+        texels.push(patch.normal.extend(0.0).as_vec4().to_array());
+    }
+    texels
+}
+
+/// Value of CODEC, the words, and where their parts begin.
+fn matrix(bake: &Bake) -> (u32, Vec<u32>, GatherPush) {
+    let mut push = GatherPush { count: bake.patches.list.len() as u32, ..GatherPush::default() };
+    match &bake.operator {
+        Operator::Dense(dense) => (shared::CODEC_DENSE, dense.elements.iter().map(|x| x.to_bits()).collect(), push),
+        Operator::ZeroBlock(of) => {
+            let mut words: Vec<u32> = of.tables.iter().flatten().map(|x| x.to_bits()).collect();
+            let mut add = |part: &mut dyn Iterator<Item = u32>| {
+                let at = words.len() as u32;
+                words.extend(part);
+                at
+            };
+            push.offsets_at = add(&mut of.offsets.iter().copied());
+            let pair = |two: &[u16]| u32::from(two[0]) | u32::from(two.get(1).copied().unwrap_or(0)) << 16;
+            push.columns_at = add(&mut of.columns.chunks(2).map(pair));
+            push.blocks_at = add(&mut of.blocks.iter().flat_map(|b| [*b as u32, (*b >> 32) as u32]));
+            push.residual_offsets_at = add(&mut of.residual_offsets.iter().copied());
+            push.residuals_at = add(&mut of.residuals.iter().copied());
+            push.residual_scale = of.residual_scale;
+            (shared::CODEC_ZERO_BLOCK, words, push)
+        }
+    }
+}
+
+/// The effect with its decision.
+pub(super) fn effect(plan: &Plan, why: &str) -> Effect {
+    let bytes = plan.bounced.as_ref().map_or(0, Bounced::bytes);
+    Effect::new("radiosity", plan.bounced.is_some(), why.into(), bytes)
+}
+
+const _: () = assert!(POINTS == shared::PATCH_POINTS);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A diagonal operator whose eigenvalues are known: the iteration leaves what it says at most.
+    #[test]
+    fn chebyshev_leaves_what_its_bound_says() {
+        let (smallest, largest) = (-0.4, 0.9);
+        for count in [1, 2, 4, 8, 16] {
+            let steps = chebyshev(smallest, largest, count);
+            let bound = left_after(count, smallest, largest);
+            for k in 0..=20 {
+                let eigenvalue = smallest + (largest - smallest) * f64::from(k) / 20.0;
+                let right = 1.0 / (1.0 - eigenvalue);
+                let (mut now, mut before) = (0.0, 0.0);
+                for [step, weight] in &steps {
+                    let gathered = 1.0 + eigenvalue * now;
+                    let next = f64::from(*weight) * ((now - before) + f64::from(*step) * (gathered - now)) + before;
+                    (before, now) = (now, next);
+                }
+                assert!((now - right).abs() <= bound * right * 1.001 + 1e-6, "{count} steps, {eigenvalue}: {now}");
+            }
+        }
+    }
+}

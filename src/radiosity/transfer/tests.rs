@@ -1,0 +1,60 @@
+use super::*;
+use crate::math::random::Random;
+use crate::radiosity::factors::point_on;
+use crate::scene::view::View;
+use crate::scene::{Scene, builtin};
+
+fn with_grid(scene: &Scene, count: usize) -> (Patches, Transfer) {
+    let occluders = Reference::new(scene, &View::of_world()).expect("a reference");
+    let patches = Patches::of_count(scene, &occluders, count).expect("patches");
+    let transfer = Transfer::new(&patches, &occluders);
+    (patches, transfer)
+}
+
+/// R16: weights sum to 1 on every surface, so that a constant field stays constant.
+#[test]
+fn weights_sum_to_one_everywhere() {
+    for name in ["cornell", "corridor", "furnace"] {
+        let scene = builtin::load(name).expect("a built-in scene");
+        let (patches, transfer) = with_grid(&scene, 300);
+        let mut random = Random::new(3);
+        for patch in &patches.list {
+            for k in 0..8 {
+                let weights = transfer.weights(&patches.list, point_on(patch, k, 8, &mut random), patch.normal);
+                let sum: f64 = weights.iter().map(|w| w.1).sum();
+                assert!((sum - 1.0).abs() < 1e-9, "{name}: {sum} of {} patches", weights.len());
+            }
+        }
+    }
+}
+
+/// R14, R16: nothing comes through the corridor's walls.
+#[test]
+fn no_weight_crosses_a_wall() {
+    let scene = builtin::load("corridor:door=0").expect("a built-in scene");
+    let occluders = Reference::new(&scene, &View::of_world()).expect("a reference");
+    let (patches, transfer) = with_grid(&scene, 400);
+    let mut random = Random::new(5);
+    let (mut crossing, mut all) = (0.0, 0.0);
+    for patch in &patches.list {
+        for k in 0..8 {
+            let at = point_on(patch, k, 8, &mut random);
+            for (index, weight) in transfer.weights(&patches.list, at, patch.normal) {
+                let other = &patches.list[index as usize];
+                let lift = LIFT * patches.size;
+                let nearest = places_of(other, index)
+                    .map(|p| p.at)
+                    .min_by(|a, b| a.distance_squared(at).total_cmp(&b.distance_squared(at)));
+                let to = nearest.unwrap_or(other.center) + other.normal * lift;
+                all += weight;
+                if std::ptr::eq(other, patch) {
+                    continue;
+                }
+                if occluders.is_blocked(at + patch.normal * lift, to) {
+                    crossing += weight;
+                }
+            }
+        }
+    }
+    assert!(crossing < 1e-3 * all, "{crossing} of {all}");
+}
