@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use accuracy::{Accuracy, KnobName};
-pub use bake::{Bake, CodecArg};
+pub use bake::{Bake, Bounces, CodecArg, OrderArg};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};
 pub use effects::{EffectArgs, ShadowUpdateArg, TransparentBoundsArg, TransparentSortArg};
-pub use gi::{GiArg, GiArgs};
+pub use gi::{GiArg, GiArgs, IterationArg, MatrixPathArg};
 pub use light_lists::{AssignArg, ClusterBoundsArg, CullArg, DepthBoundsArg, DepthReduceArg};
 
 mod accuracy;

@@ -77,6 +77,7 @@ impl Renderer {
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
             float_blend: facts.float_blend,
             fragment_stores: facts.fragment_stores,
+            block_compression: facts.block_compression,
             samples: facts.samples,
         }
     }
@@ -135,13 +136,16 @@ fn check_programs(graph: &Graph, limits: &Limits) -> Result<()> {
     let too_many = |program: &str, count: usize, what: &str, most: u32| {
         Err(Error::new(format!("{program} needs {count} {what}, this device takes at most {most}")))
     };
-    for (program, colors) in graph.nodes.iter().flat_map(|n| programs(&n.work)) {
+    for (node, (program, colors)) in graph.nodes.iter().flat_map(|n| programs(&n.work).into_iter().map(move |p| (n, p)))
+    {
+        // What a variant leaves out is not bound.
+        let bound = |name: &str| node.accesses.iter().any(|declared| declared.name == name);
         if colors > limits.max_color_attachments as usize {
             return too_many(program.name, colors, "colour attachments", limits.max_color_attachments);
         }
         for stage in program.stages {
-            let count = program.slots.iter().filter(|s| s.stages.contains(stage.stage) && s.kind.is_storage_buffer());
-            let (count, most) = (count.count(), limits.max_stage_storage_buffers);
+            let slots = program.slots.iter().filter(|s| s.stages.contains(stage.stage) && s.kind.is_storage_buffer());
+            let (count, most) = (slots.filter(|s| bound(s.name)).count(), limits.max_stage_storage_buffers);
             if count > most as usize {
                 return too_many(program.name, count, "storage buffers in one stage", most);
             }

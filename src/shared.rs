@@ -345,6 +345,20 @@ pub const BOUNCED_LEAST: f32 = 1e-6;
 pub const PATCH_POINTS: u32 = 16;
 /// Threads of a group that gathers four rows.
 pub const GATHER_LANES: u32 = 32;
+/// Value of MATRIX_PATH: words of a storage buffer.
+pub const PATH_BUFFER: u32 = 0;
+/// Value of MATRIX_PATH: words of a texel buffer.
+pub const PATH_TEXEL: u32 = 1;
+/// Value of MATRIX_PATH: texels of an image.
+pub const PATH_SAMPLED: u32 = 2;
+/// Value of CODEC: 16 bits an element and channel (radiosity/codec/half.rs).
+pub const CODEC_HALF: u32 = 2;
+/// Value of CODEC: BC1 blocks, elements apart by channel (radiosity/codec/thesis.rs).
+pub const CODEC_THESIS: u32 = 3;
+/// Value of CODEC: BC1 blocks that are not 0, residuals (radiosity/codec/bc1.rs).
+pub const CODEC_BC1: u32 = 4;
+/// Value of CODEC: BC4 blocks and chroma (radiosity/codec/bc4_chroma.rs).
+pub const CODEC_BC4_CHROMA: u32 = 5;
 /// Value of CODEC: 32 bits an element.
 pub const CODEC_DENSE: u32 = 0;
 /// Blocks with an exact zero, and residuals (radiosity/codec/zero_block.rs).
@@ -384,6 +398,38 @@ pub struct PatchLight {
 pub struct PatchPush {
     /// Patches.
     pub count: u32,
+}
+
+/// What `patch_product` is told: where parts of an operator of summed bounces begin among its words, and what 16-bit floats are multiplied by.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ProductPush {
+    /// Patches.
+    pub count: u32,
+    /// Unit of 16-bit floats.
+    pub scale: f32,
+    /// Row of each position.
+    pub rows_at: u32,
+    /// Column of each position.
+    pub columns_at: u32,
+    /// Three floats a row.
+    pub scales_at: u32,
+    /// Three tables of 256 floats.
+    pub tables_at: u32,
+    /// Bits of blocks that are stored.
+    pub mask_at: u32,
+    /// Stored blocks before each word of bits.
+    pub counts_at: u32,
+    /// Blocks, two words each; or pairs of 16-bit floats.
+    pub blocks_at: u32,
+    /// Two bytes a block.
+    pub chroma_at: u32,
+    /// Where elements apart begin, by row; by channel and row in the thesis' form.
+    pub offsets_at: u32,
+    /// Elements apart, two words each; in the thesis' form columns, two a word.
+    pub apart_at: u32,
+    /// Floats of those.
+    pub values_at: u32,
 }
 
 /// What `patch_gather` is told: the step, and where parts of the matrix begin among its words.

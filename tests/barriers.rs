@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use lampyris::graph::{checker, describe, hazard, log};
 use lampyris::passes::{self, Frame};
 use lampyris::plan::{
-    AssignChoice, DebugView, DeferredLights, GbufferLayout, Gi, Limits, Plan, Request, ShadowUpdate, Technique,
-    TransparentBounds,
+    AssignChoice, DebugView, DeferredLights, Gathering, GbufferLayout, Gi, Limits, Plan, Request, ShadowUpdate,
+    Technique, TransparentBounds,
 };
 use lampyris::radiosity::bake::{Bake, PatchRule, Settings};
 use lampyris::scene::{Scene, builtin, scatter};
@@ -229,7 +229,7 @@ fn radiosity() {
     let bake = std::sync::Arc::new(Bake::of_scene(&cornell(), settings).expect("a bake"));
     let request = Request {
         technique: Technique::TiledForward,
-        gi: Gi::Radiosity { gathers: Some(2), tolerance: 0.01 },
+        gi: Gi::Radiosity(Gathering { gathers: Some(2), ..Gathering::default() }),
         bake: Some(bake),
         shadow_size: 128,
         ..Request::default()

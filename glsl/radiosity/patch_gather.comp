@@ -9,18 +9,18 @@ layout(constant_id = 0) const uint CODEC = CODEC_ZERO_BLOCK;
 const uint LANES = GATHER_LANES;
 layout(local_size_x = 32) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer OperatorBlock { uint data[]; } words;
+// A thread adds a row by itself instead of a group four of them; 32 bits an element alone.
+layout(constant_id = 2) const bool THREAD_ROWS = false;
+
 layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
 layout(set = 0, binding = 2, scalar) readonly buffer BeforeBlock { PatchLight data[]; } before;
 layout(set = 0, binding = 3, scalar) writeonly buffer AfterBlock { PatchLight data[]; } after;
 
+#include "matrix.glsl"
+
 layout(push_constant, scalar) uniform Push { GatherPush data; } push;
 
 shared vec3 sums[4][32];
-
-float word_float(uint at) {
-    return uintBitsToFloat(words.data[at]);
-}
 
 // Value of a level of a block, from its least value and the powers of its step.
 float level_value(uint level, float end, float step, float twice, float four) {
@@ -32,12 +32,12 @@ float level_value(uint level, float end, float step, float twice, float four) {
 }
 
 void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
-    uint first = words.data[push.data.offsets_at + row];
-    uint end = words.data[push.data.offsets_at + row + 1u];
+    uint first = word(push.data.offsets_at + row);
+    uint end = word(push.data.offsets_at + row + 1u);
     for (uint at = first + lane; at < end; at += LANES) {
-        uint low = words.data[push.data.blocks_at + 2u * at];
-        uint high = words.data[push.data.blocks_at + 2u * at + 1u];
-        uint pair = words.data[push.data.columns_at + at / 2u];
+        uint low = word(push.data.blocks_at + 2u * at);
+        uint high = word(push.data.blocks_at + 2u * at + 1u);
+        uint pair = word(push.data.columns_at + at / 2u);
         uint column = 4u * ((at & 1u) == 0u ? pair & 0xffffu : pair >> 16u);
         float least = word_float(push.data.tables_at + (low & 255u));
         float step = word_float(push.data.tables_at + 256u + (low >> 8u & 255u));
@@ -63,10 +63,10 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
         if (4u * row + down >= push.data.count) {
             break;
         }
-        uint begin = words.data[push.data.residual_offsets_at + 4u * row + down];
-        uint stop = words.data[push.data.residual_offsets_at + 4u * row + down + 1u];
+        uint begin = word(push.data.residual_offsets_at + 4u * row + down);
+        uint stop = word(push.data.residual_offsets_at + 4u * row + down + 1u);
         for (uint at = begin + lane; at < stop; at += LANES) {
-            uint entry = words.data[push.data.residuals_at + at];
+            uint entry = word(push.data.residuals_at + at);
             precise float share = unpackHalf2x16(entry).y * push.data.residual_scale;
             precise vec3 product = share * before.data[entry & 0xffffu].sent.rgb;
             precise vec3 sum = gathered[down] + product;
@@ -75,27 +75,57 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
     }
 }
 
+float element(uint row, uint column) {
+    if (MATRIX_PATH == PATH_SAMPLED) {
+        return texelFetch(bounced_matrix_image, ivec2(column, row), 0).x;
+    }
+    return word_float(row * push.data.count + column);
+}
+
 void add_dense(uint row, uint lane, inout vec3 gathered[4]) {
     for (uint column = lane; column < push.data.count; column += LANES) {
         vec3 sent = before.data[column].sent.rgb;
         for (uint down = 0u; down < 4u; ++down) {
-            uint at = min(4u * row + down, push.data.count - 1u);
-            precise vec3 product = word_float(at * push.data.count + column) * sent;
+            precise vec3 product = element(min(4u * row + down, push.data.count - 1u), column) * sent;
             precise vec3 sum = gathered[down] + product;
             gathered[down] = sum;
         }
     }
 }
 
+// A step of the iteration for a patch, from what it gathers.
+void finish(uint patch_id, vec3 gathered) {
+    PatchLight old = before.data[patch_id];
+    PatchData of = patches.data[patch_id];
+    precise vec3 correction = push.data.step * (gathered - old.irradiance.rgb);
+    precise vec3 change = (old.irradiance.rgb - old.previous.rgb) + correction;
+    precise vec3 irradiance = push.data.weight * change + old.previous.rgb;
+    precise vec3 exitance = old.first.rgb + of.reflectance * irradiance;
+    precise vec3 sent = exitance * of.area;
+    after.data[patch_id] = PatchLight(vec4(irradiance, 0.0), old.irradiance, vec4(sent, 0.0), old.first);
+}
+
 void main() {
-    uint row = gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x;
+    uint group = gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x;
     uint lane = gl_LocalInvocationID.x;
+    if (THREAD_ROWS) {
+        uint row = group * LANES + lane;
+        precise vec3 sum = vec3(0.0);
+        for (uint column = 0u; row < push.data.count && column < push.data.count; ++column) {
+            precise vec3 product = element(row, column) * before.data[column].sent.rgb;
+            sum += product;
+        }
+        if (row < push.data.count) {
+            finish(row, sum);
+        }
+        return;
+    }
     vec3 gathered[4] = vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-    if (4u * row < push.data.count) {
+    if (4u * group < push.data.count) {
         if (CODEC == CODEC_DENSE) {
-            add_dense(row, lane, gathered);
+            add_dense(group, lane, gathered);
         } else {
-            add_blocks(row, lane, gathered);
+            add_blocks(group, lane, gathered);
         }
     }
     for (uint down = 0u; down < 4u; ++down) {
@@ -111,16 +141,7 @@ void main() {
         }
     }
     barrier();
-    uint patch_id = 4u * row + lane;
-    if (lane >= 4u || patch_id >= push.data.count) {
-        return;
+    if (lane < 4u && 4u * group + lane < push.data.count) {
+        finish(4u * group + lane, sums[lane][0]);
     }
-    PatchLight old = before.data[patch_id];
-    PatchData of = patches.data[patch_id];
-    precise vec3 correction = push.data.step * (sums[lane][0] - old.irradiance.rgb);
-    precise vec3 change = (old.irradiance.rgb - old.previous.rgb) + correction;
-    precise vec3 irradiance = push.data.weight * change + old.previous.rgb;
-    precise vec3 exitance = old.first.rgb + of.reflectance * irradiance;
-    precise vec3 sent = exitance * of.area;
-    after.data[patch_id] = PatchLight(vec4(irradiance, 0.0), old.irradiance, vec4(sent, 0.0), old.first);
 }

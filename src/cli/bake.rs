@@ -21,9 +21,15 @@ pub struct Bake {
     /// How the matrix is stored.
     #[arg(long, value_enum, default_value = "zero-block")]
     pub codec: CodecArg,
-    /// Elements whose residual is stored beside the blocks of zero-block, per cent.
-    #[arg(long, value_name = "PERCENT", default_value = "2", value_parser = parse_percent)]
-    pub extract: f64,
+    /// Elements whose residual is stored beside the blocks of zero-block, per cent [default: 2].
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+    pub extract: Option<f64>,
+    /// Bounces that a codec sums beforehand, or inf [default: 3 for thesis and thesis-filled, inf for the others].
+    #[arg(long, value_name = "K|inf", value_parser = parse_bounces)]
+    pub bounces: Option<Bounces>,
+    /// Order of rows and columns of codecs that sum bounces [default: rows-columns for thesis and thesis-filled, landmarks for bc1 and bc4-chroma].
+    #[arg(long, value_enum)]
+    pub order: Option<OrderArg>,
     /// Seed of rays and points.
     #[arg(long, value_name = "S", default_value = "1")]
     pub seed: u64,
@@ -41,10 +47,50 @@ pub struct Bake {
 /// `--codec`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum CodecArg {
-    /// 32 bits an element.
+    /// Form factors of 32 bits, gathered as often as light bounces.
     Classical,
-    /// Blocks of eight bytes, 3 bits an element of which one value is exactly 0, and a sparse residual.
+    /// Bounces summed beforehand, 16 bits an element and channel.
+    DenseF16,
+    /// Three bounces summed beforehand, 8-bit logarithms in BC1 blocks, the largest 4 % apart (A. Shcherbakov, 2017).
+    Thesis,
+    /// The same with holes filled.
+    ThesisFilled,
+    /// Bounces summed beforehand, BC1 blocks fitted to what they decode to, 2 % of residuals.
+    Bc1,
+    /// Bounces summed beforehand, luminance in BC4 blocks, two bytes of chroma a block, 2 % of residuals.
+    Bc4Chroma,
+    /// Form factors in blocks of eight bytes, 3 bits an element of which one value is exactly 0, and a sparse residual.
     ZeroBlock,
+}
+
+/// `--order`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OrderArg {
+    /// As patches come.
+    None,
+    /// Rows, greedily by how alike they are.
+    Rows,
+    /// Rows, then columns.
+    RowsColumns,
+    /// Both, by 128 of their values.
+    Landmarks,
+}
+
+/// `--bounces`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bounces {
+    /// So many.
+    Some(u32),
+    /// All.
+    All,
+}
+
+fn parse_bounces(text: &str) -> Result<Bounces, String> {
+    match (text, text.parse::<u32>()) {
+        ("inf", _) => Ok(Bounces::All),
+        (_, Ok(count)) if (1..=1000).contains(&count) => Ok(Bounces::Some(count)),
+        _ => Err("bounces are 1 to 1000, or inf".into()),
+    }
 }
 
 fn parse_metres(text: &str) -> Result<f64, String> {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::plan::bounced::MOST_GATHERS;
 
@@ -19,12 +19,40 @@ pub struct GiArgs {
     /// Share of all bounces that --gi radiosity may leave out [default: 0.005].
     #[arg(long, value_name = "E", value_parser = parse_tolerance)]
     pub gi_tolerance: Option<f64>,
+    /// How gathers of --gi radiosity are put together [default: chebyshev].
+    #[arg(long, value_enum)]
+    pub gi_iteration: Option<IterationArg>,
+    /// What the matrix of --gi radiosity is read from [default: auto].
+    #[arg(long, value_enum)]
+    pub gi_path: Option<MatrixPathArg>,
     /// Paths a pixel of --gi path [default: 64].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub spp: Option<u32>,
     /// Seed of the paths of --gi path [default: 1].
     #[arg(long, value_name = "S")]
     pub gi_seed: Option<u64>,
+}
+
+/// `--gi-iteration`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IterationArg {
+    /// By Chebyshev's polynomials.
+    Chebyshev,
+    /// Bounce by bounce.
+    Neumann,
+}
+
+/// `--gi-path`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MatrixPathArg {
+    /// What is quickest on the device.
+    Auto,
+    /// Words of a storage buffer.
+    Buffer,
+    /// Words of a texel buffer.
+    Texel,
+    /// Texels of an image, which a sampler decompresses.
+    Sampled,
 }
 
 /// `--gi`.

@@ -13,9 +13,10 @@ use super::{report, setup};
 use crate::cli::{self, CodecArg};
 use crate::error::{Error, Result};
 use crate::gpu::pipeline_cache;
-use crate::radiosity::bake::{self, Bake, CodecName, PatchRule, Settings};
+use crate::radiosity::bake::{Bake, CodecName, PatchRule, Settings};
 use crate::radiosity::factors::RawRows;
-use crate::radiosity::{Patches, files};
+use crate::radiosity::order::Order;
+use crate::radiosity::{Exchange, Patches, exchange, files};
 use crate::reference::render::Reference;
 use crate::scene::Scene;
 use crate::scene::view::View;
@@ -30,7 +31,7 @@ type Stages = Vec<(&'static str, f64)>;
 pub fn run(args: &cli::Bake) -> Result<ExitCode> {
     files::check_place(&args.output)?;
     let scene = setup::load_scene(&args.scene)?;
-    let settings = settings(args);
+    let settings = settings(args)?;
     let mut stages = Stages::new();
     let which = match (args.shard, args.merge) {
         (Some((i, n)), _) => Rows::Shard { index: i as usize - 1, of: n as usize },
@@ -59,17 +60,50 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn settings(args: &cli::Bake) -> Settings {
+fn codec_name(codec: CodecArg) -> CodecName {
+    match codec {
+        CodecArg::Classical => CodecName::Classical,
+        CodecArg::DenseF16 => CodecName::DenseF16,
+        CodecArg::Thesis => CodecName::Thesis,
+        CodecArg::ThesisFilled => CodecName::ThesisFilled,
+        CodecArg::Bc1 => CodecName::Bc1,
+        CodecArg::Bc4Chroma => CodecName::Bc4Chroma,
+        CodecArg::ZeroBlock => CodecName::ZeroBlock,
+    }
+}
+
+fn settings(args: &cli::Bake) -> Result<Settings> {
+    let codec = codec_name(args.codec);
+    let refuse = |option: &str, why: &str| Err(Error::usage(format!("{option}: --codec {} {why}", codec.name())));
+    if args.bounces.is_some() && !codec.is_summed() {
+        return refuse("--bounces", "gathers each bounce as it renders; --gi-gathers of render says how often");
+    }
+    if args.order.is_some() && !codec.is_summed() {
+        return refuse("--order", "keeps the order of patches");
+    }
+    if args.extract.is_some() && codec != CodecName::ZeroBlock {
+        return refuse("--extract", "has a share of its own");
+    }
+    let defaults = Settings::of_codec(codec);
     let patches = match (args.patch_size, args.patches) {
         (Some(metres), _) => PatchRule::Size(metres),
         (None, Some(count)) => PatchRule::Count(count as usize),
-        (None, None) => Settings::default().patches,
+        (None, None) => defaults.patches,
     };
-    let codec = match args.codec {
-        CodecArg::Classical => CodecName::Classical,
-        CodecArg::ZeroBlock => CodecName::ZeroBlock,
+    let bounces = match args.bounces {
+        Some(cli::Bounces::Some(count)) => Some(count),
+        Some(cli::Bounces::All) => None,
+        None => defaults.bounces,
     };
-    Settings { patches, codec, extract: args.extract / 100.0, seed: args.seed }
+    let order = match args.order {
+        Some(cli::OrderArg::None) => Order::None,
+        Some(cli::OrderArg::Rows) => Order::Rows,
+        Some(cli::OrderArg::RowsColumns) => Order::RowsColumns,
+        Some(cli::OrderArg::Landmarks) => Order::Landmarks,
+        None => defaults.order,
+    };
+    let extract = args.extract.map_or(defaults.extract, |percent| percent / 100.0);
+    Ok(Settings { patches, codec, extract, bounces, order, seed: args.seed })
 }
 
 /// Which rows are computed here.
@@ -97,7 +131,7 @@ fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: 
     let mut timed = |name: &'static str, start: Instant| stages.push((name, start.elapsed().as_secs_f64() * 1e3));
     let start = Instant::now();
     let occluders = Reference::new(scene, &View::of_world())?;
-    let patches = bake::patches(scene, &occluders, settings.patches)?;
+    let patches = exchange::patches(scene, &occluders, settings.patches)?;
     let count = patches.list.len();
     if count == 0 {
         return Err(Error::new(format!("{}: no surface reflects light between patches", scene.name)));
@@ -109,7 +143,7 @@ fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: 
     fs::create_dir_all(&parts).map_err(|e| Error::new(format!("{}: could not be made: {e}", parts.display())))?;
     let bar = progress(count as u64, "form factors, rows");
     let mut rows = Vec::new();
-    for (index, run) in bake::runs(count).into_iter().enumerate() {
+    for (index, run) in exchange::runs(count).into_iter().enumerate() {
         if matches!(which, Rows::Shard { index: own, of } if index % of != *own) {
             bar.inc(run.len() as u64);
             continue;
@@ -122,8 +156,11 @@ fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: 
         return Ok(None);
     }
     let start = Instant::now();
-    let baked = Bake::new(scene, &occluders, settings, patches, rows)?;
-    timed("codec and transfer", start);
+    let exchange = Exchange::new(scene, &occluders, settings.seed, patches, rows)?;
+    timed("transfer", start);
+    let start = Instant::now();
+    let baked = Bake::new(exchange, settings)?;
+    timed("codec", start);
     Ok(Some(baked))
 }
 
@@ -181,7 +218,7 @@ fn said(baked: &Bake, stages: &Stages, bytes: u64, folder: &Path) -> String {
     format!(
         "patches   {count} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something\n\
          factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
-         codec     {}: {:.3} bytes an element, {} in all; relative L2 of a gather {:.2e}, at most {:.2e}\n\
+         codec     {}: {:.3} bytes an element, {} in all; relative L2 of bounced light {:.2e}, at most {:.2e}\n\
          spectrum  {:.4} to {:.4}{}\n\
          seconds   {}\n\
          folder    {} ({})\n",

@@ -8,15 +8,15 @@ use glam::{DVec3, Vec3};
 use super::bake;
 use crate::cli::{
     AccumulationArg, AssignArg, ClusterBoundsArg, CullArg, DebugViewArg, DeferredLightsArg, DepthBoundsArg,
-    DepthReduceArg, FetchArg, GbufferArg, GiArg, GiArgs, LimitsChoice, OnOff, ShadingArg, ShadowUpdateArg, Shared,
-    TechniqueChoice, TransparentBoundsArg, TransparentSortArg,
+    DepthReduceArg, FetchArg, GbufferArg, GiArg, GiArgs, IterationArg, LimitsChoice, MatrixPathArg, OnOff, ShadingArg,
+    ShadowUpdateArg, Shared, TechniqueChoice, TransparentBoundsArg, TransparentSortArg,
 };
 use crate::error::{Error, Result};
-use crate::plan::bounced::DEFAULT_TOLERANCE;
 use crate::plan::overrides;
 use crate::plan::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DebugView, DeferredLights, DepthBounds,
-    FetchChoice, GbufferLayout, Gi, Limits, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    FetchChoice, Gathering, GbufferLayout, Gi, Iteration, Limits, MatrixPath, Request, ShadowUpdate, Technique,
+    TransparentBounds, TransparentSort,
 };
 use crate::radiosity::files;
 use crate::renderer::Renderer;
@@ -258,16 +258,29 @@ pub fn request(shared: &Shared) -> Result<Request> {
 
 fn gi(args: &GiArgs) -> Result<Gi> {
     let of_paths = args.spp.is_some() || args.gi_seed.is_some();
-    let of_gathers = args.gi_gathers.is_some() || args.gi_tolerance.is_some();
+    let of_iteration = args.gi_gathers.is_some() || args.gi_tolerance.is_some() || args.gi_iteration.is_some();
+    let of_gathers = of_iteration || args.gi_path.is_some();
     match args.gi {
         GiArg::Path => {}
         _ if of_paths => return Err(Error::usage("--spp and --gi-seed are options of --gi path")),
         _ => {}
     }
     match args.gi {
-        GiArg::Radiosity(_) => {
-            Ok(Gi::Radiosity { gathers: args.gi_gathers, tolerance: args.gi_tolerance.unwrap_or(DEFAULT_TOLERANCE) })
-        }
+        GiArg::Radiosity(_) => Ok(Gi::Radiosity(Gathering {
+            gathers: args.gi_gathers,
+            tolerance: args.gi_tolerance.unwrap_or(Gathering::TOLERANCE),
+            iteration: match args.gi_iteration {
+                Some(IterationArg::Neumann) => Iteration::Neumann,
+                Some(IterationArg::Chebyshev) | None => Iteration::Chebyshev,
+            },
+            path: match args.gi_path {
+                None | Some(MatrixPathArg::Auto) => MatrixPath::Auto,
+                Some(MatrixPathArg::Buffer) => MatrixPath::Buffer,
+                Some(MatrixPathArg::Texel) => MatrixPath::Texel,
+                Some(MatrixPathArg::Sampled) => MatrixPath::Sampled,
+            },
+            thread_rows: false,
+        })),
         _ if of_gathers => Err(Error::usage("--gi-gathers and --gi-tolerance are options of --gi radiosity")),
         GiArg::Off => Ok(Gi::Off),
         GiArg::Path => Ok(Gi::Path { paths: args.spp.unwrap_or(Gi::PATHS), seed: args.gi_seed.unwrap_or(Gi::SEED) }),

@@ -56,7 +56,8 @@ impl Device {
         let core = vk::PhysicalDeviceFeatures::default()
             .full_draw_index_uint32(facts.full_draw_index)
             .depth_clamp(facts.depth_clamp)
-            .fragment_stores_and_atomics(facts.fragment_stores);
+            .fragment_stores_and_atomics(facts.fragment_stores)
+            .texture_compression_bc(facts.block_compression);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)

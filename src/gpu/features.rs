@@ -58,6 +58,8 @@ pub struct Facts {
     pub float_blend: bool,
     /// Fragment shaders write storage buffers; asked for where offered.
     pub fragment_stores: bool,
+    /// Images of BC1 and BC4 blocks are sampled by compute passes; asked for where offered.
+    pub block_compression: bool,
     /// Bits of the numbers of samples that radiance and depth have, and G-buffers too.
     pub samples: [u32; 2],
 }
@@ -141,6 +143,7 @@ fn describe(instance: &Instance, physical: vk::PhysicalDevice) -> Facts {
         depth_clamp: false,
         float_blend: false,
         fragment_stores: false,
+        block_compression: false,
         samples: [1; 2],
         loop_iterations: None,
     };
@@ -184,6 +187,9 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
     facts.full_draw_index = core.full_draw_index_uint32 != vk::FALSE;
     facts.depth_clamp = core.depth_clamp != vk::FALSE;
     facts.fragment_stores = core.fragment_stores_and_atomics != vk::FALSE;
+    // SwiftShader offers the feature and decodes blocks for draws alone: what a dispatch samples of such an image is memory that nothing has written.
+    facts.block_compression =
+        core.texture_compression_bc != vk::FALSE && v12.driver_id != vk::DriverId::GOOGLE_SWIFTSHADER;
     if !facts.full_draw_index {
         facts.limits.max_draw_indexed_index_value = (1 << 24) - 1;
     }
@@ -232,6 +238,11 @@ fn describe_1_3(instance: &Instance, physical: vk::PhysicalDevice, facts: &mut F
             "4 samples in a G-buffer",
             facts.samples[1] & 4 != 0,
             "deferred techniques take the nearest number of samples there is",
+        ),
+        (
+            "BC1 and BC4 images in compute passes",
+            facts.block_compression,
+            "--gi-path sampled is refused for matrices of blocks; buffers hold the same blocks",
         ),
         ("32-bit indices", facts.full_draw_index, "meshes of more than 2^24 vertices are refused"),
     ];

@@ -30,6 +30,7 @@ pub mod msaa_spread;
 pub mod octahedral_probe;
 pub mod patch_gather;
 pub mod patch_light;
+pub mod patch_product;
 pub mod radix_sort;
 pub mod read_back;
 mod resources;

@@ -5,15 +5,18 @@
 //! Group shape: 32 threads for four rows, whose sums are added in a fixed order. Limits: a matrix that is bound at once; the plan refuses others.
 //! CPU twins: `radiosity/codec/`, `radiosity/solve.rs`.
 
+use ash::vk;
 use bytemuck::bytes_of;
 
-use super::patch_light;
+use super::nearest_sampler;
 use super::resources::{BouncedHandles, SceneHandles};
-use crate::graph::access::{ComputeStorageRead, ComputeStorageWrite};
-use crate::graph::{ComputePipeline, Graph, Groups, Lifetime, Work};
+use super::{patch_light, patch_product};
+use crate::graph::access::{ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel};
+use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
+use crate::plan::bounced::matrix::{MatrixFormat, Parts};
 use crate::plan::{Bounced, Plan};
 use crate::shaders::radiosity::patch_gather;
-use crate::shared::{GatherPush, MOST_GROUPS, PatchLight};
+use crate::shared::{GATHER_LANES, GatherPush, MOST_GROUPS, PatchLight};
 
 /// Adds all steps, and before them what patches send at first, where the plan has bounced light; what shading reads stands in `scene`.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
@@ -26,31 +29,54 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
         words: graph.word_buffer("bounced_words", bounced.bake.transfer.words.len() as u64 * 4, fixed),
         patches: graph.buffer("patches", size_of_val(bounced.patches.as_slice()) as u64, fixed),
         points: graph.buffer("patch_points", bounced.points.len() as u64 * 12, fixed),
-        matrix: graph.buffer("patch_matrix", bounced.matrix.len() as u64 * 4, fixed),
+        matrix: graph.word_buffer("patch_matrix", bounced.matrix.words.len() as u64 * 4, fixed),
+        matrix_image: bounced
+            .matrix
+            .image
+            .as_ref()
+            .map(|image| graph.image("patch_matrix_image", image_format(image.format), [image.side; 2], fixed)),
         light: lights[0],
     };
     patch_light::add(graph, plan, scene, &of, lights[0]);
     for (step, &[share, weight]) in bounced.steps.iter().enumerate() {
-        let set = patch_gather::Bindings {
-            words: ComputeStorageRead(of.matrix),
-            patches: ComputeStorageRead(of.patches),
-            before: ComputeStorageRead(lights[0]),
-            after: ComputeStorageWrite(lights[1]),
+        let work = match bounced.matrix.parts {
+            Parts::Gather(push) => gather(bounced, &of, lights, GatherPush { step: share, weight, ..push }),
+            Parts::Product(push) => patch_product::work(bounced, &of, lights, push),
         };
-        graph.add(&format!("patch_gather_{step}"), gather(bounced, set.list(), [share, weight]));
+        let name = match bounced.matrix.parts {
+            Parts::Gather(_) => format!("patch_gather_{step}"),
+            Parts::Product(_) => "patch_product".into(),
+        };
+        graph.add(&name, work);
         lights.swap(0, 1);
     }
     of.light = lights[0];
     scene.bounced = Some(of);
 }
 
-fn gather(bounced: &Bounced, bindings: Vec<crate::graph::Binding>, [step, weight]: [f32; 2]) -> Work {
-    let spec = patch_gather::Spec { CODEC: bounced.codec };
-    let push = GatherPush { step, weight, ..bounced.push };
-    let groups = bounced.push.count.div_ceil(4);
+fn image_format(format: MatrixFormat) -> vk::Format {
+    match format {
+        MatrixFormat::Float => vk::Format::R32_SFLOAT,
+        MatrixFormat::Bc1 => vk::Format::BC1_RGB_UNORM_BLOCK,
+        MatrixFormat::Bc4 => vk::Format::BC4_UNORM_BLOCK,
+    }
+}
+
+fn gather(bounced: &Bounced, of: &BouncedHandles, [before, after]: [BufferHandle; 2], push: GatherPush) -> Work {
+    let matrix = &bounced.matrix;
+    let set = patch_gather::Bindings {
+        words: ComputeStorageRead(of.matrix),
+        patches: ComputeStorageRead(of.patches),
+        before: ComputeStorageRead(before),
+        after: ComputeStorageWrite(after),
+        bounced_matrix_texels: Some(ComputeTexel(of.matrix)),
+        bounced_matrix_image: of.matrix_image.map(|image| ComputeSampled(image, nearest_sampler())),
+    };
+    let spec = patch_gather::Spec { CODEC: matrix.codec, MATRIX_PATH: matrix.path, THREAD_ROWS: bounced.thread_rows };
+    let groups = push.count.div_ceil(if bounced.thread_rows { GATHER_LANES } else { 4 });
     Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_gather::PROGRAM, constants: spec.values() },
-        bindings,
+        bindings: set.list(),
         push: bytes_of(&push).to_vec(),
         groups: Groups::Fixed([groups.min(MOST_GROUPS), groups.div_ceil(MOST_GROUPS), 1]),
     }

@@ -63,6 +63,8 @@ pub struct BouncedHandles {
     pub points: BufferHandle,
     /// The exchange matrix.
     pub matrix: BufferHandle,
+    /// What of it is sampled.
+    pub matrix_image: Option<ImageHandle>,
     /// Array of `PatchLight`, when all light is gathered.
     pub light: BufferHandle,
 }

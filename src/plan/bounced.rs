@@ -5,15 +5,18 @@ use std::sync::Arc;
 use glam::DMat4;
 
 use super::effects::Effect;
-use super::{Gi, Limits, Plan, Request, Technique};
+use super::{Gathering, Gi, Iteration, Limits, Plan, Request, Technique};
 use crate::error::{Error, Result};
-use crate::radiosity::bake::{Operator, POINTS};
+use crate::radiosity::bake::{CodecName, POINTS};
+use crate::radiosity::spectrum::Spectrum;
 use crate::radiosity::{Bake, Patch};
 use crate::scene::view::View;
-use crate::shared::{self, GatherPush, PatchData, PatchLight};
+use crate::shared::{self, PatchData, PatchLight};
 
-/// Error that is left of the bounces where nothing is said, relative to all of them.
-pub const DEFAULT_TOLERANCE: f64 = 0.005;
+pub mod matrix;
+
+pub use matrix::Matrix;
+
 /// Most gathers: what tolerances ask for beyond that is f32's own error.
 pub const MOST_GATHERS: u32 = 64;
 
@@ -34,11 +37,9 @@ pub struct Bounced {
     /// Points of patches, view space.
     pub points: Vec<[f32; 3]>,
     /// The matrix.
-    pub matrix: Vec<u32>,
-    /// Where its parts are.
-    pub push: GatherPush,
-    /// Value of CODEC.
-    pub codec: u32,
+    pub matrix: Matrix,
+    /// A thread adds a row by itself.
+    pub thread_rows: bool,
     /// Cells and lists are more words than a texel buffer holds: shading reads them from a storage buffer.
     pub words_in_storage: bool,
 }
@@ -52,7 +53,7 @@ impl Bounced {
     /// # Errors
     /// No bake; a matrix or a grid that this device does not bind.
     pub(super) fn new(request: &Request, view: &View, limits: &Limits) -> Result<Decision> {
-        let Gi::Radiosity { gathers, tolerance } = request.gi else {
+        let Gi::Radiosity(Gathering { gathers, tolerance, iteration, path, thread_rows }) = request.gi else {
             return Ok((None, format!("--gi {}", request.gi.name())));
         };
         let surfaces = request.debug_view.is_some_and(super::DebugView::of_surfaces);
@@ -67,34 +68,37 @@ impl Bounced {
             let why = format!("at most {most:.4} of the light is reflected, less than the tolerance {tolerance}");
             return Ok((None, why));
         }
-        let count = gathers.unwrap_or_else(|| gathers_for(tolerance, &bake));
-        let steps = chebyshev(bake.spectrum.smallest, bake.spectrum.largest, count);
-        let (codec, matrix, push) = matrix(&bake);
+        let Spectrum { smallest, largest } = bake.spectrum;
+        let (steps, how) = if bake.settings.codec.is_summed() {
+            let bounces = bake.settings.bounces.map_or("all".into(), |count| count.to_string());
+            (vec![[1.0; 2]], format!("one product, {bounces} bounces are summed in it"))
+        } else {
+            let most = gathers.unwrap_or(MOST_GATHERS);
+            let left = |count: &u32| left_after(*count, iteration, smallest, largest) <= tolerance;
+            let count = gathers.unwrap_or_else(|| (1..most).find(left).unwrap_or(most));
+            let why =
+                if gathers.is_some() { "as asked for".into() } else { format!("leave {tolerance} of all bounces") };
+            let how = format!(
+                "{count} gathers ({}) {why}; reflection has eigenvalues from {smallest:.3} to {largest:.3}",
+                iteration.name()
+            );
+            (steps(iteration, smallest, largest, count), how)
+        };
+        let matrix = Matrix::new(&bake, path, limits)?;
         let planned = Self {
             steps,
             places: places(&bake, view),
             patches: bake.patches.list.iter().map(|patch| patch_data(patch, view)).collect(),
             points: bake.points.iter().map(|p| view.world_to_view.transform_point3(*p).as_vec3().to_array()).collect(),
             matrix,
-            push,
-            codec,
+            thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
             words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
             bake,
         };
         planned.check(limits)?;
         let bake = &planned.bake;
-        let why = format!(
-            "{} patches, {} ({:.3} bytes an element): {count} gathers {}; reflection has eigenvalues from {:.3} to {:.3}",
-            bake.patches.list.len(),
-            bake.settings.codec.name(),
-            bake.bytes_an_element(),
-            match gathers {
-                Some(_) => "as asked for".to_string(),
-                None => format!("leave {tolerance} of all bounces"),
-            },
-            bake.spectrum.smallest,
-            bake.spectrum.largest,
-        );
+        let (patches, codec) = (bake.patches.list.len(), bake.settings.codec.name());
+        let why = format!("{patches} patches, {codec} ({:.3} bytes an element): {how}", bake.bytes_an_element());
         Ok((Some(planned), why))
     }
 
@@ -104,13 +108,6 @@ impl Bounced {
                 "--gi radiosity: a grid of {} words takes one of {STORAGE_BUFFERS} storage buffers of a stage, this device has {}; bake fewer patches",
                 self.bake.transfer.words.len(),
                 limits.max_stage_storage_buffers
-            )));
-        }
-        let bytes = (self.matrix.len() * 4) as u64;
-        if bytes > limits.max_storage_bytes {
-            return Err(Error::new(format!(
-                "--gi radiosity: the matrix has {bytes} bytes, this device binds at most {} at once",
-                limits.max_storage_bytes
             )));
         }
         let lights = self.patches.len() * shared::BOUNCED_LIGHT_TEXELS as usize;
@@ -129,13 +126,16 @@ impl Bounced {
     pub fn bytes(&self) -> u64 {
         let light = 2 * size_of::<PatchLight>() * self.patches.len();
         let texels = 16 * self.places.len() + 12 * self.points.len();
-        let words = 4 * (self.bake.transfer.words.len() + self.matrix.len());
-        (light + texels + words + size_of_val(self.patches.as_slice())) as u64
+        let words = 4 * self.bake.transfer.words.len();
+        self.matrix.bytes() + (light + texels + words + size_of_val(self.patches.as_slice())) as u64
     }
 }
 
 /// What is left of the bounces after so many steps, at most, relative to all of them, in the norm of areas and reflectance.
-pub fn left_after(gathers: u32, smallest: f64, largest: f64) -> f64 {
+pub fn left_after(gathers: u32, iteration: Iteration, smallest: f64, largest: f64) -> f64 {
+    if iteration == Iteration::Neumann {
+        return largest.max(-smallest).powi(gathers as i32);
+    }
     let sigma = (largest - smallest) / (2.0 - largest - smallest);
     if sigma <= 0.0 {
         return 0.0;
@@ -145,13 +145,11 @@ pub fn left_after(gathers: u32, smallest: f64, largest: f64) -> f64 {
     2.0 * power / (1.0 + power * power)
 }
 
-fn gathers_for(tolerance: f64, bake: &Bake) -> u32 {
-    let enough = |n: &u32| left_after(*n, bake.spectrum.smallest, bake.spectrum.largest) <= tolerance;
-    (1..MOST_GATHERS).find(enough).unwrap_or(MOST_GATHERS)
-}
-
 /// Share of the residual and weight of each step.
-fn chebyshev(smallest: f64, largest: f64, count: u32) -> Vec<[f32; 2]> {
+fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> Vec<[f32; 2]> {
+    if iteration == Iteration::Neumann {
+        return vec![[1.0; 2]; count as usize];
+    }
     let step = 2.0 / (2.0 - largest - smallest);
     let sigma2 = ((largest - smallest) / (2.0 - largest - smallest)).powi(2);
     let mut weight = 1.0;
@@ -194,30 +192,6 @@ fn places(bake: &Bake, view: &View) -> Vec<[f32; 4]> {
     texels
 }
 
-/// Value of CODEC, the words, and where their parts begin.
-fn matrix(bake: &Bake) -> (u32, Vec<u32>, GatherPush) {
-    let mut push = GatherPush { count: bake.patches.list.len() as u32, ..GatherPush::default() };
-    match &bake.operator {
-        Operator::Dense(dense) => (shared::CODEC_DENSE, dense.elements.iter().map(|x| x.to_bits()).collect(), push),
-        Operator::ZeroBlock(of) => {
-            let mut words: Vec<u32> = of.tables.iter().flatten().map(|x| x.to_bits()).collect();
-            let mut add = |part: &mut dyn Iterator<Item = u32>| {
-                let at = words.len() as u32;
-                words.extend(part);
-                at
-            };
-            push.offsets_at = add(&mut of.offsets.iter().copied());
-            let pair = |two: &[u16]| u32::from(two[0]) | u32::from(two.get(1).copied().unwrap_or(0)) << 16;
-            push.columns_at = add(&mut of.columns.chunks(2).map(pair));
-            push.blocks_at = add(&mut of.blocks.iter().flat_map(|b| [*b as u32, (*b >> 32) as u32]));
-            push.residual_offsets_at = add(&mut of.residual_offsets.iter().copied());
-            push.residuals_at = add(&mut of.residuals.iter().copied());
-            push.residual_scale = of.residual_scale;
-            (shared::CODEC_ZERO_BLOCK, words, push)
-        }
-    }
-}
-
 /// The effect with its decision.
 pub(super) fn effect(plan: &Plan, why: &str) -> Effect {
     let bytes = plan.bounced.as_ref().map_or(0, Bounced::bytes);
@@ -232,11 +206,12 @@ mod tests {
 
     /// A diagonal operator whose eigenvalues are known: the iteration leaves what it says at most.
     #[test]
-    fn chebyshev_leaves_what_its_bound_says() {
+    fn both_iterations_leave_what_their_bounds_say() {
         let (smallest, largest) = (-0.4, 0.9);
-        for count in [1, 2, 4, 8, 16] {
-            let steps = chebyshev(smallest, largest, count);
-            let bound = left_after(count, smallest, largest);
+        let both = [Iteration::Chebyshev, Iteration::Neumann];
+        for (iteration, count) in both.into_iter().flat_map(|way| [1, 2, 4, 8, 16].map(|count| (way, count))) {
+            let steps = steps(iteration, smallest, largest, count);
+            let bound = left_after(count, iteration, smallest, largest);
             for k in 0..=20 {
                 let eigenvalue = smallest + (largest - smallest) * f64::from(k) / 20.0;
                 let right = 1.0 / (1.0 - eigenvalue);

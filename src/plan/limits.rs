@@ -31,6 +31,8 @@ pub struct Limits {
     pub float_blend: bool,
     /// Fragment shaders write storage buffers: `fragmentStoresAndAtomics`.
     pub fragment_stores: bool,
+    /// Images of BC1 and BC4 blocks are sampled: `textureCompressionBC`.
+    pub block_compression: bool,
     /// Bits of the numbers of samples a pixel that radiance and depth have, and G-buffers too.
     pub samples: [u32; 2],
     /// What the device takes for each step; `None`: not measured.
@@ -52,6 +54,7 @@ impl Limits {
         max_stage_storage_buffers: 4,
         float_blend: false,
         fragment_stores: false,
+        block_compression: false,
         samples: [1 | 4, 1],
         profile: None,
     };
@@ -72,6 +75,7 @@ impl Limits {
         max_stage_storage_buffers: 0,
         float_blend: false,
         fragment_stores: false,
+        block_compression: false,
         samples: [1 | 2 | 4 | 8; 2],
         profile: None,
     };

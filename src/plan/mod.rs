@@ -46,7 +46,8 @@ pub use limits::Limits;
 pub use overrides::EffectName;
 pub use request::{
     Accumulation, AssignChoice, CameraChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice,
-    GbufferLayout, Gi, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    Gathering, GbufferLayout, Gi, Iteration, MatrixPath, Request, ShadowUpdate, Technique, TransparentBounds,
+    TransparentSort,
 };
 pub use shadows::Shadows;
 pub use tiles::Tiles;
@@ -152,7 +153,7 @@ impl Plan {
                 "--gi path is traced on the CPU, by --technique reference and not by {name}"
             )));
         }
-        if matches!(request.gi, Gi::Radiosity { .. }) && traced {
+        if matches!(request.gi, Gi::Radiosity(_)) && traced {
             return Err(Error::usage("--gi radiosity is gathered on a device; --technique reference has --gi path"));
         }
         let mut notes = Vec::new();

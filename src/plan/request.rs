@@ -15,8 +15,8 @@ use crate::scene::shading::Shading;
 use crate::scene::{Camera, Projection, Scene};
 
 pub use choices::{
-    Accumulation, AssignChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice, GbufferLayout, Gi,
-    ShadowUpdate, TransparentBounds, TransparentSort,
+    Accumulation, AssignChoice, ClusterBounds, CullTest, DeferredLights, DepthBounds, FetchChoice, Gathering,
+    GbufferLayout, Gi, Iteration, MatrixPath, ShadowUpdate, TransparentBounds, TransparentSort,
 };
 
 /// Ways to light a picture. Each draws what `Forward` defines.

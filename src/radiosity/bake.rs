@@ -1,26 +1,32 @@
 //! Everything that light between patches needs and that does not depend on light: patches, their exchange matrix in the codec's form, its spectrum,
 //! and where light of patches is mixed. Made once, kept in a folder (`files`), loaded by every picture.
 
-use std::ops::Range;
-
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::codec::{self, Dense, ZeroBlock};
-use super::factors::{Factors, RawRows, Report, point_on};
+use super::codec::bc1::Bc1;
+use super::codec::bc4_chroma::Bc4Chroma;
+use super::codec::half::Half;
+use super::codec::thesis::{self, Holes, Thesis};
+use super::codec::{self, Code, Dense, Summed, ZeroBlock, bounces};
+use super::exchange::Exchange;
+use super::factors::Report;
+use super::order::{Order, Orders};
 use super::patches::{Patch, Patches};
 use super::spectrum::{self, Spectrum};
 use super::transfer::Transfer;
 use crate::error::{Error, Result};
 use crate::math::random::Random;
-use crate::reference::render::Reference;
 use crate::scene::Scene;
-use crate::scene::view::View;
 
 /// Places of a patch at which direct light is looked at.
 pub const POINTS: u32 = 16;
 /// Light set-ups that the codec's error is measured with.
 const PROBES: u64 = 6;
+/// Reflections in which what is left of light is under what f32 holds.
+const PROBE_BOUNCES: usize = 400;
+/// Change of the whole at which they end.
+const PROBE_TOLERANCE: f64 = 1e-7;
 
 /// How many patches, or how wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,18 +42,63 @@ pub enum PatchRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CodecName {
-    /// 32 bits an element.
+    /// Form factors of 32 bits, gathered as often as light bounces.
     Classical,
-    /// See [`ZeroBlock`].
+    /// Bounces summed beforehand, 16 bits an element and channel.
+    DenseF16,
+    /// Bounces summed beforehand, as [`Thesis`] stores them.
+    Thesis,
+    /// Likewise, with holes filled.
+    ThesisFilled,
+    /// Bounces summed beforehand, see [`Bc1`].
+    Bc1,
+    /// Bounces summed beforehand, see [`Bc4Chroma`].
+    Bc4Chroma,
+    /// Form factors, see [`ZeroBlock`].
     ZeroBlock,
 }
 
 impl CodecName {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Classical,
+        Self::DenseF16,
+        Self::Thesis,
+        Self::ThesisFilled,
+        Self::Bc1,
+        Self::Bc4Chroma,
+        Self::ZeroBlock,
+    ];
+
     /// As typed.
     pub fn name(self) -> &'static str {
         match self {
             Self::Classical => "classical",
+            Self::DenseF16 => "dense-f16",
+            Self::Thesis => "thesis",
+            Self::ThesisFilled => "thesis-filled",
+            Self::Bc1 => "bc1",
+            Self::Bc4Chroma => "bc4-chroma",
             Self::ZeroBlock => "zero-block",
+        }
+    }
+
+    /// Bounces are summed beforehand: reflectance is in the matrix, and light comes to rest in one gather.
+    pub fn is_summed(self) -> bool {
+        !matches!(self, Self::Classical | Self::ZeroBlock)
+    }
+
+    /// Bounces that are summed where nothing is said: three in the thesis, all of them in what came after.
+    pub fn default_bounces(self) -> Option<u32> {
+        matches!(self, Self::Thesis | Self::ThesisFilled).then_some(3)
+    }
+
+    /// Order where nothing is said.
+    pub fn default_order(self) -> Order {
+        match self {
+            Self::Thesis | Self::ThesisFilled => Order::RowsColumns,
+            Self::Bc1 | Self::Bc4Chroma => Order::Landmarks,
+            _ => Order::None,
         }
     }
 }
@@ -59,15 +110,33 @@ pub struct Settings {
     pub patches: PatchRule,
     /// How the matrix is stored.
     pub codec: CodecName,
-    /// Share of elements whose residual is stored beside blocks, 0 to 1.
+    /// Share of elements whose residual is stored beside the blocks of `zero-block`, 0 to 1.
     pub extract: f64,
+    /// Bounces that are summed beforehand; none: all.
+    pub bounces: Option<u32>,
+    /// Of rows and columns.
+    pub order: Order,
     /// Of rays and points.
     pub seed: u64,
 }
 
+impl Settings {
+    /// The defaults of a codec.
+    pub fn of_codec(codec: CodecName) -> Self {
+        Self { codec, bounces: codec.default_bounces(), order: codec.default_order(), ..Self::default() }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
-        Self { patches: PatchRule::Count(1000), codec: CodecName::ZeroBlock, extract: 0.02, seed: 1 }
+        Self {
+            patches: PatchRule::Count(1000),
+            codec: CodecName::ZeroBlock,
+            extract: 0.02,
+            bounces: None,
+            order: Order::None,
+            seed: 1,
+        }
     }
 }
 
@@ -78,6 +147,8 @@ pub enum Operator {
     Dense(Dense),
     /// See [`ZeroBlock`].
     ZeroBlock(ZeroBlock),
+    /// See [`Summed`].
+    Summed(Summed),
 }
 
 impl Operator {
@@ -86,33 +157,16 @@ impl Operator {
         match self {
             Self::Dense(dense) => dense.bytes(),
             Self::ZeroBlock(blocks) => blocks.bytes(),
+            Self::Summed(summed) => summed.bytes().total() as u64,
         }
     }
 
-    /// What `sent`, times the patches' areas, comes to in each row; see the codecs.
+    /// One gather: what `sent` comes to in each row. It is exitance times area, or exitance alone where bounces are summed.
     pub fn product(&self, sent: &[[f32; 3]], lanes: usize) -> Vec<[f32; 3]> {
         match self {
             Self::Dense(dense) => dense.product(sent, lanes),
             Self::ZeroBlock(blocks) => blocks.product(sent, lanes),
-        }
-    }
-
-    /// A row, 1 / m^2.
-    pub fn row(&self, i: usize) -> Vec<f32> {
-        match self {
-            Self::Dense(dense) => dense.elements[i * dense.count..(i + 1) * dense.count].to_vec(),
-            Self::ZeroBlock(blocks) => blocks.row(i),
-        }
-    }
-
-    /// Less by a factor.
-    fn scaled(self, factor: f32) -> Self {
-        match self {
-            Self::Dense(mut dense) => {
-                dense.elements.iter_mut().for_each(|x| *x *= factor);
-                Self::Dense(dense)
-            }
-            Self::ZeroBlock(blocks) => Self::ZeroBlock(blocks.scaled(factor)),
+            Self::Summed(summed) => summed.product(sent, lanes),
         }
     }
 }
@@ -136,86 +190,52 @@ pub struct Bake {
     pub spectrum: Spectrum,
     /// How the factors came to be.
     pub factors: Report,
-    /// Relative L2 error of irradiance that the codec makes: mean and largest over light set-ups.
+    /// Relative L2 error of irradiance after all bounces (of those that are summed) that the codec makes: mean and largest over light set-ups.
     pub codec_error: [f64; 2],
     /// What everything stored was scaled by, so that no bounce adds energy: 1 where it need not be.
     pub norm_scale: f64,
-}
-
-/// Patches of a scene by a rule.
-///
-/// # Errors
-/// See [`Patches`].
-pub fn patches(scene: &Scene, occluders: &Reference, rule: PatchRule) -> Result<Patches> {
-    match rule {
-        PatchRule::Count(count) => Patches::of_count(scene, occluders, count),
-        PatchRule::Size(size) => Patches::of_size(scene, occluders, size),
-    }
 }
 
 impl Bake {
     /// All of it, without a file.
     ///
     /// # Errors
-    /// See [`patches`] and [`Bake::new`].
+    /// See [`Exchange::of_scene`] and [`Bake::new`].
     pub fn of_scene(scene: &Scene, settings: Settings) -> Result<Self> {
-        let occluders = Reference::new(scene, &View::of_world())?;
-        let patches = patches(scene, &occluders, settings.patches)?;
-        let rows = RawRows::new(&patches, &occluders, settings.seed, 0..patches.list.len(), &|| {});
-        Self::new(scene, &occluders, settings, patches, vec![rows])
+        Self::new(Exchange::of_scene(scene, settings.patches, settings.seed)?, settings)
     }
 
-    /// From the patches and the raw rows of all of them.
+    /// The matrix in the form of a codec.
     ///
     /// # Errors
-    /// Rows that are missing; reflectance under which light never ends.
-    pub fn new(
-        scene: &Scene,
-        occluders: &Reference,
-        settings: Settings,
-        patches: Patches,
-        rows: Vec<RawRows>,
-    ) -> Result<Self> {
-        let factors = Factors::of_rows(rows, &patches, occluders, settings.seed)?;
-        let elements = factors.over_area(&patches);
+    /// Bounces that cannot be summed.
+    pub fn new(exchange: Exchange, settings: Settings) -> Result<Self> {
+        let Exchange { fingerprint, patches, points, transfer, exact, spectrum, factors } = exchange;
         let areas: Vec<f64> = patches.list.iter().map(|patch| patch.area).collect();
-        let exact = Dense { count: factors.count, elements };
-        let spectrum = spectrum::of(&Operator::Dense(exact.clone()), &patches);
-        if spectrum.largest >= 1.0 - 1e-6 {
-            return Err(Error::new(format!(
-                "{}: light between patches never ends: the largest eigenvalue of reflection is {:.6}",
-                scene.name, spectrum.largest
-            )));
-        }
-        let report = factors.report;
-        drop(factors);
-        let operator = match settings.codec {
-            CodecName::Classical => Operator::Dense(exact.clone()),
-            CodecName::ZeroBlock => Operator::ZeroBlock(ZeroBlock::encode(&exact.elements, &areas, settings.extract)),
-        };
-        let found = spectrum::of(&operator, &patches);
-        // A bound that no albedo of the scene passes: bounces of the stored matrix end as those of the exact one do.
-        let bound = 0.5 * (1.0 + spectrum.largest);
-        let norm_scale = if found.largest > bound { bound / found.largest } else { 1.0 };
-        let (operator, spectrum) = if norm_scale < 1.0 {
-            let operator = operator.scaled(norm_scale as f32);
-            let spectrum = spectrum::of(&operator, &patches);
-            (operator, spectrum)
+        let (operator, spectrum, norm_scale, codec_error) = if settings.codec.is_summed() {
+            let (summed, error) = summed(&exact, &patches, settings)?;
+            (Operator::Summed(summed), spectrum, 1.0, error)
         } else {
-            (operator, found)
+            let operator = match settings.codec {
+                CodecName::Classical => Operator::Dense(exact.clone()),
+                _ => Operator::ZeroBlock(ZeroBlock::encode(&exact.elements, &areas, settings.extract)),
+            };
+            let (operator, spectrum, norm_scale) = kept_below_one(operator, &patches, &spectrum);
+            let exact = Operator::Dense(exact);
+            let error = codec_error(&patches, &|b| after_bounces(&exact, &patches, b), &|b| {
+                after_bounces(&operator, &patches, b)
+            });
+            (operator, spectrum, norm_scale, error)
         };
-        let codec_error = codec_error(&exact, &operator, &patches);
-        let points = (0..patches.list.len()).flat_map(|index| points_of(&patches, index)).collect();
-        let transfer = Transfer::new(&patches, occluders);
         Ok(Self {
-            fingerprint: scene.surface_fingerprint(),
+            fingerprint,
             settings,
             points,
             transfer,
             patches,
             operator,
             spectrum,
-            factors: report,
+            factors,
             codec_error,
             norm_scale,
         })
@@ -228,57 +248,155 @@ impl Bake {
     }
 }
 
-/// Rows of `count` patches in runs that are baked, stored and resumed one by one: about as many pairs in each.
-pub fn runs(count: usize) -> Vec<Range<usize>> {
-    let pairs = |rows: usize| count.saturating_sub(rows + 1) as u64;
-    let each = (count as u64 * count as u64 / 2).div_ceil(64).max(1);
-    let (mut runs, mut first, mut held) = (Vec::new(), 0, 0);
-    for row in 0..count {
-        held += pairs(row);
-        if held >= each || row + 1 == count {
-            runs.push(first..row + 1);
-            (first, held) = (row + 1, 0);
+/// Bounces of the stored matrix end as those of the exact one do: no albedo of the scene passes a bound between that and 1.
+fn kept_below_one(operator: Operator, patches: &Patches, exact: &Spectrum) -> (Operator, Spectrum, f64) {
+    let found = spectrum::of(&|sent| operator.product(sent, 32), patches);
+    let bound = 0.5 * (1.0 + exact.largest);
+    if found.largest <= bound {
+        return (operator, found, 1.0);
+    }
+    let factor = bound / found.largest;
+    let operator = match operator {
+        Operator::Dense(mut dense) => {
+            dense.elements.iter_mut().for_each(|x| *x *= factor as f32);
+            Operator::Dense(dense)
+        }
+        Operator::ZeroBlock(blocks) => Operator::ZeroBlock(blocks.scaled(factor as f32)),
+        Operator::Summed(summed) => Operator::Summed(summed),
+    };
+    let spectrum = spectrum::of(&|sent| operator.product(sent, 32), patches);
+    (operator, spectrum, factor)
+}
+
+/// Sums of bounces by channel, and what rows are multiplied by in the end.
+pub type Sums = ([Vec<f32>; 3], Option<Vec<[f32; 3]>>);
+
+/// Bounces of a scene, as many as are asked for, in the form that the codec stores: irradiance, or in the thesis' the exitance that it leads to.
+///
+/// # Errors
+/// Light that does not come to rest.
+pub fn sum_bounces(exact: &Dense, patches: &Patches, codec: CodecName, count: Option<u32>) -> Result<Sums> {
+    let n = exact.count;
+    let reflectance: Vec<[f32; 3]> = patches.list.iter().map(|p| p.reflectance.as_vec3().to_array()).collect();
+    let area = |at: usize| patches.list[at % n].area;
+    let factors: Vec<f32> =
+        exact.elements.iter().enumerate().map(|(at, x)| (f64::from(*x) * area(at)) as f32).collect();
+    let mut sums = match count {
+        Some(count) => bounces::polynomial(&factors, n, &reflectance, count),
+        None => bounces::resolvent(&factors, n, &reflectance),
+    }
+    .map_err(Error::new)?;
+    if !matches!(codec, CodecName::Thesis | CodecName::ThesisFilled) {
+        return Ok((sums, None));
+    }
+    for (c, sum) in sums.iter_mut().enumerate() {
+        sum.iter_mut().enumerate().for_each(|(at, x)| *x *= reflectance[at / n][c]);
+    }
+    let inverse = |x: f32| if x > 0.0 { 1.0 / x } else { 0.0 };
+    Ok((sums, Some(reflectance.iter().map(|r| r.map(inverse)).collect())))
+}
+
+/// Encodes sums of bounces in orders of their own.
+///
+/// # Errors
+/// More patches than the codec's columns reach.
+pub fn encode_sums(n: usize, (sums, scales): Sums, codec: CodecName, order: Order) -> Result<Summed> {
+    let image = if order == Order::None { vec![0; 3 * n * n] } else { thesis::image(n, &sums).map_err(Error::new)? };
+    let orders = Orders::new(order, &image, n, 3).map_err(Error::new)?;
+    drop(image);
+    let sums = match order {
+        Order::None => sums,
+        _ => {
+            let [red, green, blue] = sums.map(|of| orders.apply(&of));
+            [red.map_err(Error::new)?, green.map_err(Error::new)?, blue.map_err(Error::new)?]
+        }
+    };
+    let code = match codec {
+        CodecName::DenseF16 => Half::encode(n, &sums).map(Code::Half),
+        CodecName::Thesis => Thesis::encode(n, &sums, Holes::Zero).map(Code::Thesis),
+        CodecName::ThesisFilled => Thesis::encode(n, &sums, Holes::Filled).map(Code::Thesis),
+        CodecName::Bc4Chroma => Bc4Chroma::encode(n, &sums).map(Code::Bc4Chroma),
+        _ => Bc1::encode(n, &sums).map(Code::Bc1),
+    };
+    Ok(Summed { code: code.map_err(Error::new)?, orders, scales })
+}
+
+fn summed(exact: &Dense, patches: &Patches, settings: Settings) -> Result<(Summed, [f64; 2])> {
+    let n = exact.count;
+    let sums = sum_bounces(exact, patches, settings.codec, settings.bounces)?;
+    let coded = encode_sums(n, sums.clone(), settings.codec, settings.order)?;
+    let (sums, scales) = sums;
+    let right = |exitance: &[[f32; 3]]| -> Vec<[f64; 3]> {
+        let row = |i: usize| {
+            std::array::from_fn(|c| {
+                let row = &sums[c][i * n..(i + 1) * n];
+                let sum: f64 = row.iter().zip(exitance).map(|(x, b)| f64::from(*x) * f64::from(b[c])).sum();
+                sum * scales.as_ref().map_or(1.0, |scales| f64::from(scales[i][c]))
+            })
+        };
+        (0..n).map(row).collect()
+    };
+    let found = |exitance: &[[f32; 3]]| -> Vec<[f64; 3]> {
+        coded.product(exitance, 32).iter().map(|e| e.map(f64::from)).collect()
+    };
+    let error = codec_error(patches, &right, &found);
+    Ok((coded, error))
+}
+
+/// Irradiance after all bounces, from exitance.
+fn after_bounces(operator: &Operator, patches: &Patches, exitance: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    let mut irradiance = vec![[0.0f64; 3]; exitance.len()];
+    for _ in 0..PROBE_BOUNCES {
+        let sent: Vec<[f32; 3]> = patches
+            .list
+            .iter()
+            .zip(exitance)
+            .zip(&irradiance)
+            .map(|((patch, first), e)| {
+                let reflectance = patch.reflectance.to_array();
+                std::array::from_fn(|c| ((f64::from(first[c]) + reflectance[c] * e[c]) * patch.area) as f32)
+            })
+            .collect();
+        let next: Vec<[f64; 3]> = operator.product(&sent, 32).iter().map(|e| e.map(f64::from)).collect();
+        let change = next.iter().flatten().zip(irradiance.iter().flatten()).map(|(a, b)| (a - b).abs()).sum::<f64>();
+        let whole: f64 = next.iter().flatten().sum();
+        irradiance = next;
+        if change <= PROBE_TOLERANCE * whole {
+            break;
         }
     }
-    runs
+    irradiance
 }
 
-fn points_of(patches: &Patches, index: usize) -> Vec<DVec3> {
-    let patch = &patches.list[index];
-    let mut random = Random::new((index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
-    (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect()
-}
+/// What takes exitance of all patches to their irradiance.
+type Gather<'a> = &'a dyn Fn(&[[f32; 3]]) -> Vec<[f64; 3]>;
 
-/// Mean and largest relative L2 error of one gather, over light that falls in parallel or from a place, unhindered, in three colours.
-fn codec_error(exact: &Dense, operator: &Operator, patches: &Patches) -> [f64; 2] {
-    let count = patches.list.len();
+/// Mean and largest relative L2 error of irradiance, over light that falls in parallel or from a place, unhindered, in three colours.
+fn codec_error(patches: &Patches, right: Gather, found: Gather) -> [f64; 2] {
     let areas: Vec<f64> = patches.list.iter().map(|patch| patch.area).collect();
-    let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
-    let high = patches.list.iter().map(|patch| patch.center).fold(DVec3::NEG_INFINITY, DVec3::max);
     let errors: Vec<f64> = (0..PROBES)
         .map(|probe| {
-            let mut random = Random::new(probe);
-            let mut three = || DVec3::new(random.unit_f64(), random.unit_f64(), random.unit_f64());
-            let (way, place) = ((three() - 0.5).normalize_or(DVec3::Y), low + (high - low) * three());
-            let lit = |patch: &Patch| {
-                let to = place - patch.center;
-                let local = patch.normal.dot(to).max(0.0) / to.length().powi(3).max(1e-12);
-                if probe % 2 == 0 { patch.normal.dot(way).max(0.0) } else { local }
-            };
-            let of = |patch: &Patch| (patch.reflectance * (lit(patch) * patch.area)).as_vec3().to_array();
-            let sent: Vec<[f32; 3]> = patches.list.iter().map(of).collect();
-            let right: Vec<[f64; 3]> = (0..count)
-                .map(|i| {
-                    let row = &exact.elements[i * count..(i + 1) * count];
-                    let sum = |c: usize| row.iter().zip(&sent).map(|(x, s)| f64::from(*x) * f64::from(s[c])).sum();
-                    [sum(0), sum(1), sum(2)]
-                })
-                .collect();
-            codec::relative_l2(&operator.product(&sent, 32), &right, &areas)
+            let exitance = probe_light(patches, probe);
+            codec::relative_l2(&found(&exitance), &right(&exitance), &areas)
         })
         .collect();
     let mean = errors.iter().sum::<f64>() / PROBES as f64;
     [mean, errors.into_iter().fold(0.0, f64::max)]
+}
+
+/// Exitance of all patches under one of the light set-ups that codecs are judged by.
+pub fn probe_light(patches: &Patches, probe: u64) -> Vec<[f32; 3]> {
+    let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
+    let high = patches.list.iter().map(|patch| patch.center).fold(DVec3::NEG_INFINITY, DVec3::max);
+    let mut random = Random::new(probe);
+    let mut three = || DVec3::new(random.unit_f64(), random.unit_f64(), random.unit_f64());
+    let (way, place) = ((three() - 0.5).normalize_or(DVec3::Y), low + (high - low) * three());
+    let lit = |patch: &Patch| {
+        let to = place - patch.center;
+        let local = patch.normal.dot(to).max(0.0) / to.length().powi(3).max(1e-12);
+        if probe % 2 == 0 { patch.normal.dot(way).max(0.0) } else { local }
+    };
+    patches.list.iter().map(|patch| (patch.reflectance * lit(patch)).as_vec3().to_array()).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! A bake as a folder that others can read: `manifest.json` and NumPy arrays (format version 1.0, little-endian). Equal bakes are equal bytes: there are
 //! no times and no names of machines in them. A folder is written beside its place and renamed.
 
+mod ktx2;
 mod npy;
+mod operator;
 mod rows;
 
 use std::fs;
@@ -10,8 +12,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::bake::{Bake, CodecName, Operator, POINTS, Settings};
-use super::codec::{Dense, ZeroBlock};
+use super::bake::{Bake, POINTS, Settings};
 use super::factors::Report;
 use super::patches::{Patch, Patches};
 use super::spectrum::Spectrum;
@@ -47,6 +48,7 @@ struct Manifest {
     transfer: GridForm,
     /// Name, number of bytes, FNV-1a of 64 bits.
     files: Vec<(String, u64, String)>,
+    /// What 16-bit floats are multiplied by.
     #[serde(skip_serializing_if = "Option::is_none")]
     residual_scale: Option<f32>,
 }
@@ -83,18 +85,7 @@ fn arrays(bake: &Bake) -> Vec<(&'static str, Vec<u8>)> {
         ("points.npy", npy::write(&[count, POINTS as usize, 3], &points)),
         ("transfer.npy", npy::write(&[bake.transfer.words.len()], &bake.transfer.words)),
     ];
-    match &bake.operator {
-        Operator::Dense(dense) => arrays.push(("matrix.npy", npy::write(&[count, count], &dense.elements))),
-        Operator::ZeroBlock(of) => arrays.extend([
-            ("block_ends.npy", npy::write(&[of.tables[0].len()], &of.tables[0])),
-            ("block_steps.npy", npy::write(&[of.tables[1].len()], &of.tables[1])),
-            ("block_offsets.npy", npy::write(&[of.offsets.len()], &of.offsets)),
-            ("block_columns.npy", npy::write(&[of.columns.len()], &of.columns)),
-            ("blocks.npy", npy::write(&[of.blocks.len()], &of.blocks)),
-            ("residual_offsets.npy", npy::write(&[of.residual_offsets.len()], &of.residual_offsets)),
-            ("residuals.npy", npy::write(&[of.residuals.len()], &of.residuals)),
-        ]),
-    }
+    arrays.extend(operator::arrays(&bake.operator));
     arrays
 }
 
@@ -151,10 +142,6 @@ fn write_all(bake: &Bake, part: &Path, failed: &dyn Fn(&Path, std::io::Error) ->
         fs::write(&path, bytes).map_err(|e| failed(&path, e))?;
         total += bytes.len() as u64;
     }
-    let residual_scale = match &bake.operator {
-        Operator::ZeroBlock(of) => Some(of.residual_scale),
-        Operator::Dense(_) => None,
-    };
     let manifest = Manifest {
         format: "lampyris bake".into(),
         version: VERSION,
@@ -178,7 +165,7 @@ fn write_all(bake: &Bake, part: &Path, failed: &dyn Fn(&Path, std::io::Error) ->
             reach_cells: bake.transfer.reach,
         },
         files: arrays.iter().map(|(name, bytes)| ((*name).into(), bytes.len() as u64, hash(bytes))).collect(),
-        residual_scale,
+        residual_scale: operator::scale(&bake.operator),
     };
     let mut text = serde_json::to_string_pretty(&manifest).map_err(|e| Error::new(format!("the manifest: {e}")))?;
     text.push('\n');
@@ -228,12 +215,6 @@ pub fn load(folder: &Path, fingerprint: &str) -> Result<Bake> {
     let doubles = |name: &str, shape: &[usize]| -> Result<Vec<f64>> {
         npy::read(&read(name)?, Some(shape)).map_err(|e| within(name, e))
     };
-    let floats = |name: &str, shape: Option<&[usize]>| -> Result<Vec<f32>> {
-        npy::read(&read(name)?, shape).map_err(|e| within(name, e))
-    };
-    let words = |name: &str, shape: Option<&[usize]>| -> Result<Vec<u32>> {
-        npy::read(&read(name)?, shape).map_err(|e| within(name, e))
-    };
     let list = doubles("patches.npy", &[count, PATCH_NUMBERS])?
         .chunks_exact(PATCH_NUMBERS)
         .map(|n| Patch {
@@ -250,35 +231,14 @@ pub fn load(folder: &Path, fingerprint: &str) -> Result<Bake> {
         .chunks_exact(3)
         .map(|p| DVec3::new(p[0], p[1], p[2]))
         .collect();
-    let operator = match manifest.settings.codec {
-        CodecName::Classical => {
-            Operator::Dense(Dense { count, elements: floats("matrix.npy", Some(&[count, count]))? })
-        }
-        CodecName::ZeroBlock => {
-            let columns = npy::read(&read("block_columns.npy")?, None).map_err(|e| within("block_columns.npy", e))?;
-            let blocks = npy::read(&read("blocks.npy")?, None).map_err(|e| within("blocks.npy", e))?;
-            let side = count.div_ceil(super::codec::BLOCK);
-            let found = ZeroBlock {
-                count,
-                side,
-                tables: [floats("block_ends.npy", Some(&[256]))?, floats("block_steps.npy", Some(&[256]))?],
-                offsets: words("block_offsets.npy", Some(&[side + 1]))?,
-                columns,
-                blocks,
-                residual_offsets: words("residual_offsets.npy", Some(&[count + 1]))?,
-                residuals: words("residuals.npy", None)?,
-                residual_scale: manifest.residual_scale.unwrap_or(1.0),
-            };
-            found.check().map_err(|e| Error::new(format!("{}: {e}", folder.display())))?;
-            Operator::ZeroBlock(found)
-        }
-    };
+    let arrays = operator::Arrays { folder, read: &read };
+    let operator = operator::load(&arrays, manifest.settings.codec, count, manifest.residual_scale.unwrap_or(1.0))?;
     let grid = manifest.transfer;
     let transfer = Transfer {
         origin: DVec3::from_array(grid.origin_m),
         cell: grid.cell_m,
         size: grid.size,
-        words: words("transfer.npy", None)?,
+        words: npy::read(&read("transfer.npy")?, None).map_err(|e| within("transfer.npy", e))?,
         reach: grid.reach_cells,
     };
     transfer.check(count).map_err(|e| within("transfer.npy", e))?;

@@ -12,6 +12,9 @@ pub fn gathered(
     steps: &[[f32; 2]],
     lanes: usize,
 ) -> Vec<[f32; 3]> {
+    if let Operator::Summed(summed) = operator {
+        return summed.product(first, lanes);
+    }
     let count = areas.len();
     let (mut irradiance, mut previous) = (vec![[0f32; 3]; count], vec![[0f32; 3]; count]);
     let mut sent: Vec<[f32; 3]> = (0..count).map(|i| first[i].map(|x| x * areas[i])).collect();

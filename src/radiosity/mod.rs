@@ -3,16 +3,19 @@
 
 pub mod bake;
 pub mod codec;
+pub mod exchange;
 pub mod factors;
 pub mod files;
 pub mod gather;
 pub mod kernel;
+pub mod order;
 pub mod patches;
 pub mod solve;
 pub mod spectrum;
 pub mod transfer;
 
 pub use bake::{Bake, Settings};
+pub use exchange::Exchange;
 pub use factors::Factors;
 pub use patches::{Patch, Patches};
 pub use transfer::Transfer;

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bake::Operator;
 use super::patches::Patches;
 
 /// Steps of the power method.
@@ -20,8 +19,8 @@ pub struct Spectrum {
 }
 
 /// Found by the power method in the norm in which the operator is symmetric: areas times reflectance. First the largest in size, which is positive since
-/// no element is negative; then, with that much added, the other end.
-pub fn of(operator: &Operator, patches: &Patches) -> Spectrum {
+/// no element is negative; then, with that much added, the other end. `product` gathers what patches send, exitance times area.
+pub fn of(product: &dyn Fn(&[[f32; 3]]) -> Vec<[f32; 3]>, patches: &Patches) -> Spectrum {
     let count = patches.list.len();
     // Rows of R^(1/2) A^(1/2) K A^(1/2) R^(1/2), by channel.
     let roots: Vec<[f64; 3]> = patches
@@ -32,7 +31,7 @@ pub fn of(operator: &Operator, patches: &Patches) -> Spectrum {
     let applied = |vector: &[[f64; 3]]| -> Vec<[f64; 3]> {
         let sent: Vec<[f32; 3]> =
             vector.iter().zip(&roots).map(|(v, root)| std::array::from_fn(|c| (v[c] * root[c]) as f32)).collect();
-        let gathered = operator.product(&sent, 32);
+        let gathered = product(&sent);
         gathered.iter().zip(&roots).map(|(g, root)| std::array::from_fn(|c| f64::from(g[c]) * root[c])).collect()
     };
     let norm = |vector: &[[f64; 3]], c: usize| vector.iter().map(|v| v[c] * v[c]).sum::<f64>().sqrt();

@@ -69,12 +69,14 @@ impl Uploader {
         let mut first = true;
         let last_level = levels.len().saturating_sub(1);
         for (level, &(width, height, bytes)) in levels.iter().enumerate() {
-            let row_bytes = (bytes.len() / height.max(1) as usize).max(1);
-            let rows = (STAGING_BYTES as usize / row_bytes).max(1) as u32;
+            // Rows of blocks where texels are compressed.
+            let unit = rows_of_block(target.format);
+            let row_bytes = (bytes.len() / height.div_ceil(unit).max(1) as usize).max(1);
+            let rows = unit * (STAGING_BYTES as usize / row_bytes).max(1) as u32;
             for top in (0..height).step_by(rows as usize) {
                 let count = rows.min(height - top);
-                let from = top as usize * row_bytes;
-                let source = self.fill(&bytes[from..from + count as usize * row_bytes])?;
+                let from = (top / unit) as usize * row_bytes;
+                let source = self.fill(&bytes[from..from + count.div_ceil(unit) as usize * row_bytes])?;
                 let layers = vk::ImageSubresourceLayers::default()
                     .aspect_mask(target.aspect)
                     .mip_level(level as u32)
@@ -99,6 +101,14 @@ impl Uploader {
             }
         }
         Ok(())
+    }
+}
+
+/// Rows of texels that lie in one row of what is copied.
+fn rows_of_block(format: vk::Format) -> u32 {
+    match format {
+        vk::Format::BC1_RGB_UNORM_BLOCK | vk::Format::BC4_UNORM_BLOCK => 4,
+        _ => 1,
     }
 }
 

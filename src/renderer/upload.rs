@@ -106,7 +106,11 @@ pub(super) fn scene(
         uploader.buffer(queue, realized.buffer(of.words), cast_slice(&bounced.bake.transfer.words))?;
         uploader.buffer(queue, realized.buffer(of.patches), cast_slice(&bounced.patches))?;
         uploader.buffer(queue, realized.buffer(of.points), cast_slice(&bounced.points))?;
-        uploader.buffer(queue, realized.buffer(of.matrix), cast_slice(&bounced.matrix))?;
+        uploader.buffer(queue, realized.buffer(of.matrix), cast_slice(&bounced.matrix.words))?;
+        if let (Some(image), Some(handle)) = (&bounced.matrix.image, of.matrix_image) {
+            let levels = [(image.side, image.side, image.bytes.as_slice())];
+            uploader.image(queue, realized.image(handle), &levels)?;
+        }
     }
     upload_shapes(&mut uploader, queue, realized, handles, plan)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {

@@ -144,7 +144,7 @@ fn gi_json(plan: &Plan, outcome: &Outcome) -> Value {
     let (paths, seed) = match plan.gi {
         Gi::Off => (None, None),
         Gi::Path { paths, seed } => (Some(paths), Some(seed)),
-        Gi::Radiosity { .. } => (None, None),
+        Gi::Radiosity(_) => (None, None),
     };
     json!({
         "mode": plan.gi.name(),

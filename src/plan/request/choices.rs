@@ -258,12 +258,83 @@ pub enum Gi {
         seed: u64,
     },
     /// Between patches that were baked ([`super::Request::bake`]).
-    Radiosity {
-        /// `None`: as many as the tolerance needs.
-        gathers: Option<u32>,
-        /// Share of all bounces that may be left out.
-        tolerance: f64,
-    },
+    Radiosity(Gathering),
+}
+
+/// How light is gathered between patches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gathering {
+    /// `None`: as many as the tolerance needs.
+    pub gathers: Option<u32>,
+    /// Share of all bounces that may be left out.
+    pub tolerance: f64,
+    /// How gathers are put together.
+    pub iteration: Iteration,
+    /// What the matrix is read from.
+    pub path: MatrixPath,
+    /// A thread adds a row by itself, as in the thesis, instead of a group four of them; only where elements have 32 bits.
+    pub thread_rows: bool,
+}
+
+impl Gathering {
+    /// Share of all bounces that is left out where nothing is said.
+    pub const TOLERANCE: f64 = 0.005;
+}
+
+impl Default for Gathering {
+    fn default() -> Self {
+        Self {
+            gathers: None,
+            tolerance: Self::TOLERANCE,
+            iteration: Iteration::Chebyshev,
+            path: MatrixPath::Auto,
+            thread_rows: false,
+        }
+    }
+}
+
+/// How gathers of bounces are put together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Iteration {
+    /// By Chebyshev's polynomials, from the eigenvalues that the bake has found.
+    Chebyshev,
+    /// Bounce by bounce: Neumann's series.
+    Neumann,
+}
+
+impl Iteration {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chebyshev => "chebyshev",
+            Self::Neumann => "neumann",
+        }
+    }
+}
+
+/// What a matrix is read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MatrixPath {
+    /// What is quickest on the device.
+    Auto,
+    /// Words of a storage buffer.
+    Buffer,
+    /// Words of a texel buffer.
+    Texel,
+    /// Texels of an image, which a sampler decompresses.
+    Sampled,
+}
+
+impl MatrixPath {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Buffer => "buffer",
+            Self::Texel => "texel",
+            Self::Sampled => "sampled",
+        }
+    }
 }
 
 impl Gi {
@@ -277,7 +348,7 @@ impl Gi {
         match self {
             Self::Off => "off",
             Self::Path { .. } => "path",
-            Self::Radiosity { .. } => "radiosity",
+            Self::Radiosity(_) => "radiosity",
         }
     }
 }

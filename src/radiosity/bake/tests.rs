@@ -1,22 +1,53 @@
+use super::super::exchange;
+use super::super::factors::RawRows;
 use super::*;
+use crate::reference::render::Reference;
 use crate::scene::builtin;
 use crate::scene::view::View;
 
 pub(crate) fn baked(name: &str, settings: Settings) -> Bake {
-    let scene = builtin::load(name).expect("a built-in scene");
+    Bake::of_scene(&builtin::load(name).expect("a built-in scene"), settings).expect("a bake")
+}
+
+/// The same matrix whichever runs its rows are computed in.
+#[test]
+fn runs_of_rows_come_to_the_same_bake() {
+    let settings = Settings { patches: PatchRule::Count(60), ..Settings::default() };
+    let scene = builtin::load("cornell").expect("a built-in scene");
     let occluders = Reference::new(&scene, &View::of_world()).expect("a reference");
-    let patches = patches(&scene, &occluders, settings.patches).expect("patches");
-    let rows = runs(patches.list.len())
+    let patches = exchange::patches(&scene, &occluders, settings.patches).expect("patches");
+    let rows = exchange::runs(patches.list.len())
         .into_iter()
         .map(|rows| RawRows::new(&patches, &occluders, settings.seed, rows, &|| {}))
         .collect();
-    Bake::new(&scene, &occluders, settings, patches, rows).expect("a bake")
+    let exchange = Exchange::new(&scene, &occluders, settings.seed, patches, rows).expect("an exchange");
+    assert!(Bake::new(exchange, settings).expect("a bake") == baked("cornell", settings));
+}
+
+/// Every codec of summed bounces comes as close as its kind does, and the ones that were fitted better are better.
+#[test]
+fn codecs_of_summed_bounces_are_as_good_as_they_say() {
+    let exchange = Exchange::of_scene(&builtin::load("cornell").expect("a scene"), PatchRule::Count(250), 1);
+    let exchange = exchange.expect("an exchange");
+    let errors: Vec<f64> = CodecName::ALL
+        .into_iter()
+        .filter(|codec| codec.is_summed())
+        .map(|codec| {
+            let settings = Settings { patches: PatchRule::Count(250), ..Settings::of_codec(codec) };
+            let bake = Bake::new(exchange.clone(), settings).expect("a bake");
+            println!("{}: {:?}, {:.3} B/el", codec.name(), bake.codec_error, bake.bytes_an_element());
+            bake.codec_error[0]
+        })
+        .collect();
+    let [half, thesis, filled, bc1, bc4] = errors[..] else { panic!("{errors:?}") };
+    assert!(half < 5e-4 && bc1 < 0.04 && bc4 < 0.04, "{errors:?}");
+    assert!(filled < thesis && thesis < 0.3 && bc1 < filled, "{errors:?}");
 }
 
 #[test]
 fn runs_hold_every_row_once() {
     for count in [0, 1, 2, 63, 1000] {
-        let rows: Vec<usize> = runs(count).into_iter().flatten().collect();
+        let rows: Vec<usize> = exchange::runs(count).into_iter().flatten().collect();
         assert_eq!(rows, (0..count).collect::<Vec<_>>());
     }
 }

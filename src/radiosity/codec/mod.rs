@@ -1,9 +1,28 @@
 //! Ways to store an exchange matrix, each with the product that a device makes of it, bit for bit.
 
+pub mod bc1;
+pub mod bc4_chroma;
+pub mod block;
+pub mod bounces;
+pub mod coded;
 pub mod dense;
+pub mod fit;
+pub mod half;
+pub mod levels;
+pub mod linear;
+pub mod logarithm;
+mod residual;
+pub mod skip;
+pub mod sparse;
+pub mod summed;
+#[cfg(test)]
+pub(super) mod test_scene;
+pub mod thesis;
 pub mod zero_block;
 
+pub use coded::{Bytes, Coded, check};
 pub use dense::Dense;
+pub use summed::{Code, Summed};
 pub use zero_block::ZeroBlock;
 
 /// Rows of a block, which one group of threads gathers for.
@@ -23,10 +42,10 @@ pub fn tree_sum<const N: usize>(mut lanes: Vec<[f32; N]>) -> [f32; N] {
 }
 
 /// Root of the mean squared difference over that of what is right, rows weighted by `areas`.
-pub fn relative_l2(found: &[[f32; 3]], right: &[[f64; 3]], areas: &[f64]) -> f64 {
+pub fn relative_l2(found: &[[f64; 3]], right: &[[f64; 3]], areas: &[f64]) -> f64 {
     let sums = found.iter().zip(right).zip(areas).fold([0.0; 2], |[off, all], ((a, b), area)| {
         let square = |of: &dyn Fn(usize) -> f64| (0..3).map(|c| of(c) * of(c)).sum::<f64>() * area;
-        [off + square(&|c| f64::from(a[c]) - b[c]), all + square(&|c| b[c])]
+        [off + square(&|c| a[c] - b[c]), all + square(&|c| b[c])]
     });
     if sums[1] > 0.0 { (sums[0] / sums[1]).sqrt() } else { 0.0 }
 }

@@ -24,6 +24,15 @@ impl Number for u16 {
     const NAME: &'static str = "<u2";
 }
 
+/// A float of 16 bits by its bits.
+#[repr(transparent)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct HalfBits(pub u16);
+
+impl Number for HalfBits {
+    const NAME: &'static str = "<f2";
+}
+
 fn header<T: Number>(shape: &[usize]) -> String {
     let sizes: Vec<String> = shape.iter().map(ToString::to_string).collect();
     let shape = if sizes.len() == 1 { format!("({},)", sizes[0]) } else { format!("({})", sizes.join(", ")) };

@@ -1,4 +1,8 @@
 use super::*;
+
+fn wide(of: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    of.iter().map(|e| e.map(f64::from)).collect()
+}
 use crate::math::random::Random;
 
 /// Symmetric, with falling values and holes, as exchanges between patches are.
@@ -40,7 +44,8 @@ fn rows_are_near_what_was_encoded_and_zeros_stay_zeros() {
             }
         }
         let sent: Vec<[f32; 3]> = (0..count).map(|j| [1.0, j as f32, 0.5]).collect();
-        let off = super::super::relative_l2(&encoded.product(&sent, 32), &exact(&elements, &sent), &vec![1.0; count]);
+        let off =
+            super::super::relative_l2(&wide(&encoded.product(&sent, 32)), &exact(&elements, &sent), &vec![1.0; count]);
         // Values without any likeness to their neighbours are the worst there is.
         assert!(off < 0.02, "{count} patches: {off}");
     }
@@ -99,7 +104,7 @@ fn residuals_keep_their_digits_at_any_scale() {
         let elements: Vec<f32> = matrix(40).iter().map(|x| x * scale).collect();
         let encoded = ZeroBlock::encode(&elements, &[1.0; 40], 0.05);
         let sent = vec![[1f32; 3]; 40];
-        let off = super::super::relative_l2(&encoded.product(&sent, 8), &exact(&elements, &sent), &[1.0; 40]);
+        let off = super::super::relative_l2(&wide(&encoded.product(&sent, 8)), &exact(&elements, &sent), &[1.0; 40]);
         assert!(off < 0.01, "at {scale}: {off}");
     }
 }
