@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::kernel;
+use super::pair::{self, Facet, point_kernel};
 use super::patches::{Patch, Patches, by_cosine};
 use crate::error::{Error, Result};
 use crate::math::random::Random;
@@ -244,7 +244,9 @@ fn exchange(
         if open == 0.0 {
             return 0.0;
         }
-        let exact: f64 = a.triangles.iter().flat_map(|t| b.triangles.iter().map(|u| of_triangles(t, u))).sum();
+        let facets = |patch: &Patch| -> Vec<Facet> { patch.triangles.iter().map(Facet::new).collect() };
+        let others = facets(b);
+        let exact: f64 = facets(a).iter().flat_map(|t| others.iter().map(|u| pair::exchange(t, u))).sum();
         return exact * open / all;
     }
     count(between, 1);
@@ -258,33 +260,10 @@ fn exchange(
     sum / f64::from(SAMPLES) * a.area * b.area
 }
 
-/// Exchange of two triangles that nothing stops: by their middles where they are small for how far they are apart.
-fn of_triangles(t: &[DVec3; 3], u: &[DVec3; 3]) -> f64 {
-    let middle = |t: &[DVec3; 3]| (t[0] + t[1] + t[2]) / 3.0;
-    let (p, q) = (middle(t), middle(u));
-    let radius =
-        |t: &[DVec3; 3], p: DVec3| t.iter().map(|corner| corner.distance_squared(p)).fold(0.0, f64::max).sqrt();
-    if p.distance(q) < FAR * (radius(t, p) + radius(u, q)) {
-        return kernel::exchange(t, u);
-    }
-    let cross = |t: &[DVec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]) * 0.5;
-    let (n, m) = (cross(t), cross(u));
-    let (area, other) = (n.length(), m.length());
-    if area * other > 0.0 { point_kernel(p, n / area, q, m / other) * area * other } else { 0.0 }
-}
-
 /// Some of the other lies in front.
 fn sees(patch: &Patch, other: &Patch) -> bool {
     let slack = 1e-9 * (patch.radius + other.radius);
     other.triangles.iter().flatten().any(|p| (*p - patch.center).dot(patch.normal) > slack)
-}
-
-/// Form factor over area between two small pieces, 1 / m^2.
-fn point_kernel(p: DVec3, n: DVec3, q: DVec3, m: DVec3) -> f64 {
-    let way = q - p;
-    let squared = way.length_squared();
-    let cosines = n.dot(way).max(0.0) * (-m.dot(way)).max(0.0);
-    if cosines > 0.0 { cosines / (std::f64::consts::PI * squared * squared) } else { 0.0 }
 }
 
 /// A point of a patch: stratum k of n by area, anywhere in the triangle that it falls on.

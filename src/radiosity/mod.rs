@@ -9,6 +9,7 @@ pub mod files;
 pub mod gather;
 pub mod kernel;
 pub mod order;
+pub mod pair;
 pub mod patches;
 pub mod solve;
 pub mod spectrum;

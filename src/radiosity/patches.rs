@@ -1,16 +1,17 @@
 //! Patches from the triangles themselves: pieces of triangles no longer than a patch is wide, gathered by where they lie, which way they look, in
 //! which plane and of what they are made. Areas are true, reflectance and emission are means over the area.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::{DMat3, DMat4, DVec3};
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::reference::render::Reference;
 use crate::reference::surface::{Face, Fragment, Placement, Weights};
 use crate::reference::texture::Textures;
 use crate::scene::{AlphaMode, Material, Mesh, Scene};
+
+mod join;
 
 /// Directions that are told apart along each axis of a normal.
 const NORMAL_STEPS: f64 = 6.0;
@@ -24,6 +25,8 @@ const BURIED_STEPS: f64 = 12.0;
 const INSET: f64 = 0.98;
 /// Of the width of a patch: so far above a surface pieces have to see each other.
 const LIFT: f64 = 0.05;
+/// Widths that are tried for a number of patches.
+const TRIES: usize = 8;
 /// Rays, all of which meet nothing but backs from a place inside of something.
 const BURIED_RAYS: u32 = 16;
 /// Pieces that a scene may come to.
@@ -120,50 +123,42 @@ impl Patches {
                 }
             }
         }
-        let parts: Vec<Vec<Vec<Piece>>> = gathered
-            .into_values()
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .map(|pieces| parted(pieces, occluders, size))
-            .collect();
-        patches.list = parts.into_iter().flatten().map(|pieces| patch(&pieces)).collect();
+        patches.list = join::joined(gathered, occluders, size).iter().map(|pieces| patch(pieces)).collect();
         let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
         patches.list.sort_by_cached_key(|patch| order(patch, low, size));
         Ok(patches)
     }
 
-    /// About `count` patches: widths are tried by counting cells alone, then once more by how many patches these came to.
+    /// About `count` patches: widths are tried until they come to as many, or to as near as some tries come.
     ///
     /// # Errors
     /// A scene without surfaces, or as [`Patches::of_size`].
     pub fn of_count(scene: &Scene, occluders: &Reference, count: usize) -> Result<Self> {
-        let bounds = scene.bounds();
-        if bounds.is_empty() || count == 0 {
+        let area = area_of(scene);
+        if !(area > 0.0 && area.is_finite()) || count == 0 {
             return Err(Error::new(format!("{}: there is nothing to cut into patches", scene.name)));
         }
-        let longest = (bounds.max - bounds.min).max_element();
-        let size_for = |cells: f64| {
-            let (mut low, mut high) = (1e-3 * longest, 2.0 * longest);
-            for _ in 0..24 {
-                let size = (low * high).sqrt();
-                if count_cells(scene, size) as f64 > cells { low = size } else { high = size }
+        // Widths that came to more, and to no more.
+        let mut bracket: [Option<(f64, usize)>; 2] = [None; 2];
+        let mut size = (area / count as f64).sqrt();
+        let mut best: Option<Self> = None;
+        for _ in 0..TRIES {
+            let tried = Self::of_size(scene, occluders, size)?;
+            let found = tried.list.len();
+            bracket[usize::from(found <= count)] = Some((size, found));
+            if best.as_ref().is_none_or(|best| found.abs_diff(count) < best.list.len().abs_diff(count)) {
+                best = Some(tried);
             }
-            high
-        };
-        let mut wanted = count as f64;
-        let mut best = Self::of_size(scene, occluders, size_for(wanted))?;
-        for _ in 0..2 {
-            let found = best.list.len();
-            if found == 0 || found.abs_diff(count) * 50 < count {
+            if found.abs_diff(count) * 50 < count {
                 break;
             }
-            wanted *= count as f64 / found as f64;
-            let other = Self::of_size(scene, occluders, size_for(wanted))?;
-            if other.list.len().abs_diff(count) < found.abs_diff(count) {
-                best = other;
-            }
+            size = match bracket {
+                [Some((small, _)), Some((large, _))] => (small * large).sqrt(),
+                // As many as there are squares of that width, about.
+                _ => size * (found.max(1) as f64 / count as f64).sqrt().clamp(0.5, 2.0),
+            };
         }
-        Ok(best)
+        best.ok_or_else(|| Error::new("no width was tried"))
     }
 
     /// Square metres of all patches.
@@ -172,36 +167,26 @@ impl Patches {
     }
 }
 
-/// About how many patches a width comes to, without a ray.
-fn count_cells(scene: &Scene, size: f64) -> usize {
-    let mut keys = BTreeSet::new();
-    let mut pieces = 0;
+/// Square metres of what patches are made of, inside of other things or not.
+fn area_of(scene: &Scene) -> f64 {
+    let mut area = 0.0;
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh];
         let material = &scene.materials[mesh.material];
         if material.alpha == AlphaMode::Blend || material.unlit {
             continue;
         }
+        let sides = if material.double_sided { 2.0 } else { 1.0 };
         for vertices in mesh.indices.chunks_exact(3) {
             let corners = [0, 1, 2].map(|k| {
                 let local = DVec3::from_array(mesh.positions[vertices[k] as usize].map(f64::from));
                 instance.object_to_world.transform_point3(local)
             });
-            let (_, normal) = area_and_normal(&corners);
-            for weights in cut(&corners, size) {
-                pieces += 1;
-                if pieces > MOST_PIECES {
-                    return usize::MAX;
-                }
-                let [a, b, c] = placed(&corners, &weights);
-                keys.insert(key((a + b + c) / 3.0, normal, size, mesh.material));
-                if material.double_sided {
-                    keys.insert(key((a + b + c) / 3.0, -normal, size, mesh.material));
-                }
-            }
+            let (of_triangle, _) = area_and_normal(&corners);
+            area += if of_triangle.is_finite() { sides * of_triangle } else { 0.0 };
         }
     }
-    keys.len()
+    area
 }
 
 /// Where a piece belongs.
@@ -352,22 +337,6 @@ pub(super) fn by_cosine(normal: DVec3, k: u32, side: u32, within: [f64; 2]) -> D
     let across = normal.any_orthonormal_vector();
     let frame = DMat3::from_cols(across, normal.cross(across), normal);
     frame * DVec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).max(0.0).sqrt())
-}
-
-/// Pieces that see each other right above their surface, together: what stands between them parts them.
-fn parted(pieces: Vec<Piece>, occluders: &Reference, size: f64) -> Vec<Vec<Piece>> {
-    let mut parts: Vec<Vec<Piece>> = Vec::new();
-    for piece in pieces {
-        let above = |of: &Piece| (of.corners[0] + of.corners[1] + of.corners[2]) / 3.0 + of.normal * (LIFT * size);
-        let seen = |part: &Vec<Piece>| part.iter().any(|other| !occluders.is_blocked(above(&piece), above(other)));
-        let mut joined = vec![];
-        let (together, apart): (Vec<_>, Vec<_>) = parts.into_iter().partition(seen);
-        together.into_iter().for_each(|part| joined.extend(part));
-        joined.push(piece);
-        parts = apart;
-        parts.push(joined);
-    }
-    parts
 }
 
 /// What patches are sorted by: direction, plane, and place along a curve through all of them (G. Morton, 1966). Neighbours in the list see much

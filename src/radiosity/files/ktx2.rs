@@ -90,10 +90,8 @@ mod tests {
                 assert_eq!((header.pixel_width as usize, header.pixel_height as usize), (count, count));
                 assert_eq!((header.level_count, header.face_count, header.supercompression_scheme), (1, 1, None));
                 assert_eq!(reader.levels().next().expect("a level").data, to_bytes(&blocks));
-                let descriptor = reader.dfd_blocks().next().expect("a descriptor");
-                let basic = ktx2::dfd::Basic::parse(descriptor.data).expect("a basic descriptor");
-                assert_eq!(basic.texel_block_dimensions.map(u8::from), [4, 4, 1, 1]);
-                assert_eq!(basic.bytes_planes[0], 8);
+                let (basic, _) = ktx2::dfd::Basic::from_format(known).expect("a known format");
+                assert_eq!(reader.basic_dfd(), Some(&basic));
                 assert_eq!(read(format, count, &bytes), Ok(blocks));
             }
         }

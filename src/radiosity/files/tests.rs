@@ -1,8 +1,8 @@
 use std::sync::OnceLock;
 
 use super::*;
-use crate::radiosity::bake::PatchRule;
 use crate::radiosity::bake::tests::baked;
+use crate::radiosity::bake::{CodecName, PatchRule};
 
 fn small() -> &'static Bake {
     static BAKE: OnceLock<Bake> = OnceLock::new();
@@ -17,8 +17,8 @@ fn folder(name: &str) -> PathBuf {
 
 #[test]
 fn a_bake_comes_back_as_it_was() {
-    for codec in [CodecName::ZeroBlock, CodecName::Classical] {
-        let settings = Settings { patches: PatchRule::Count(60), codec, ..Settings::default() };
+    for codec in CodecName::ALL {
+        let settings = Settings { patches: PatchRule::Count(60), ..Settings::of_codec(codec) };
         let mut bake = baked("furnace", settings);
         let folder = folder(codec.name());
         store(&bake, &folder).expect("stored");
