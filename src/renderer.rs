@@ -75,6 +75,7 @@ impl Renderer {
             sub_pixel_bits: limits.sub_pixel_precision_bits,
             max_color_attachments: limits.max_color_attachments,
             max_stage_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+            subgroup_size: facts.subgroup_size,
             float_blend: facts.float_blend,
             fragment_stores: facts.fragment_stores,
             block_compression: facts.block_compression,

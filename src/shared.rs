@@ -343,7 +343,7 @@ pub const BOUNCED_PLANES: u32 = 4;
 pub const BOUNCED_LEAST: f32 = 1e-6;
 /// Points of a patch at which direct light is looked at.
 pub const PATCH_POINTS: u32 = 16;
-/// Threads of a group that gathers four rows.
+/// Threads of a group that gathers four rows, at most: those that run in step, where these are fewer.
 pub const GATHER_LANES: u32 = 32;
 /// Value of MATRIX_PATH: words of a storage buffer.
 pub const PATH_BUFFER: u32 = 0;

@@ -69,7 +69,8 @@ fn every_knob_gives_a_table_rows_figures_and_a_page() {
     let (value, said) = measured(&folder);
     assert_eq!(differences(&first_column(&document("README.md"), "### JSON of `accuracy`"), &value), [""; 0]);
     let page = std::fs::read_to_string(folder.join("report/index.html")).expect("a page");
-    for knob in knobs().into_iter().filter(|knob| !knob.starts_with("transparent")) {
+    let idle = |knob: &String| knob.starts_with("transparent") || knob.starts_with("gi-");
+    for knob in knobs().into_iter().filter(|knob| !idle(knob)) {
         let rows = rows(&value, &knob);
         assert!(rows.len() > 1, "{knob}: {value}");
         assert!(said.contains(&format!("\n{knob}: ")) && page.contains(&format!("<h2>{knob}: ")), "{knob}: {said}");
@@ -88,6 +89,30 @@ fn every_knob_gives_a_table_rows_figures_and_a_page() {
         }
     }
     judged(&value);
+    std::fs::remove_dir_all(folder).expect("cleaned up");
+}
+
+/// Bounced light by knobs that are turned where they are asked for: more gathers come nearer to paths, and no codec but the thesis' is far off.
+#[test]
+fn knobs_of_bounced_light_are_judged_by_paths() {
+    let Some(folder) = drawn_folder("accuracy-bounced") else { return };
+    let json = folder.join("a.json").display().to_string();
+    let tiny = ["--quick", "--size", "64x36", "--rounds", "1", "--json", &json];
+    let room = ["accuracy", "builtin:cornell", "--shading", "lambert", "--knob", "gi-gathers,gi-patches,gi-codec"];
+    let output = lampyris(&[&room[..], &tiny[..]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_str(&std::fs::read_to_string(&json).expect("a file")).expect("JSON");
+    let error = |row: &Value| number(row, "/error/mean");
+    let gathers = rows(&value, "gi-gathers");
+    assert_eq!(gathers.len(), 7, "{value}");
+    assert!(error(gathers[1]) > 1.2 * error(gathers[0]) && error(gathers[0]) < 0.15, "{gathers:#?}");
+    assert_eq!(rows(&value, "gi-patches").len(), 3, "{value}");
+    let codecs = rows(&value, "gi-codec");
+    assert_eq!(codecs.len(), 7, "{value}");
+    for row in codecs {
+        let thesis = row["setting"].as_str().is_some_and(|name| name.starts_with("thesis"));
+        assert!(thesis || error(row) < 1.5 * error(gathers[0]), "{row}");
+    }
     std::fs::remove_dir_all(folder).expect("cleaned up");
 }
 

@@ -248,7 +248,8 @@ pub fn module(words: &[u32]) -> Module {
     for &(id, ty, default) in &t.specs {
         let Some(spec_id) = t.decorations.get(&id).and_then(|d| d.spec_id) else { continue };
         module.spec_constants.push(SpecConstant {
-            name: t.names[&id].clone(),
+            // Only local_size_x_id declares one without a name.
+            name: t.names.get(&id).filter(|name| !name.is_empty()).cloned().unwrap_or_else(|| "GROUP_SIZE".into()),
             id: spec_id,
             default,
             is_bool: t.bools.contains(&ty),

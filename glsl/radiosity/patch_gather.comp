@@ -6,10 +6,11 @@
 #include "base.glsl"
 
 layout(constant_id = 0) const uint CODEC = CODEC_ZERO_BLOCK;
-const uint LANES = GATHER_LANES;
-layout(local_size_x = 32) in;
+// Threads of a group: as many as the device runs in step (GROUP_SIZE).
+layout(local_size_x_id = 3) in;
+const uint LANES = gl_WorkGroupSize.x;
 
-// A thread adds a row by itself instead of a group four of them; 32 bits an element alone.
+// A thread adds a row by itself instead of a group four of them, all of it from storage buffers, as in the thesis; 32 bits an element alone.
 layout(constant_id = 2) const bool THREAD_ROWS = false;
 
 layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
@@ -18,9 +19,16 @@ layout(set = 0, binding = 3, scalar) writeonly buffer AfterBlock { PatchLight da
 
 #include "matrix.glsl"
 
+// What `before` holds, four numbers at a time: drivers on the CPU fetch these at once.
+layout(set = 0, binding = 6) uniform samplerBuffer bounced_sent;
+
 layout(push_constant, scalar) uniform Push { GatherPush data; } push;
 
-shared vec3 sums[4][32];
+shared vec3 sums[4][LANES];
+
+vec3 sent_by(uint column) {
+    return texelFetch(bounced_sent, int(column * BOUNCED_LIGHT_TEXELS + 2u)).rgb;
+}
 
 // Value of a level of a block, from its least value and the powers of its step.
 float level_value(uint level, float end, float step, float twice, float four) {
@@ -50,7 +58,7 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
         levels[2] = high >> 8u;
         levels[3] = high >> 20u;
         for (uint across = 0u; across < 4u; ++across) {
-            vec3 sent = column + across < push.data.count ? before.data[column + across].sent.rgb : vec3(0.0);
+            vec3 sent = column + across < push.data.count ? sent_by((column + across)) : vec3(0.0);
             for (uint down = 0u; down < 4u; ++down) {
                 float share = level_value(levels[down] >> (3u * across) & 7u, least, step, twice, four);
                 precise vec3 product = share * sent;
@@ -68,7 +76,7 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
         for (uint at = begin + lane; at < stop; at += LANES) {
             uint entry = word(push.data.residuals_at + at);
             precise float share = unpackHalf2x16(entry).y * push.data.residual_scale;
-            precise vec3 product = share * before.data[entry & 0xffffu].sent.rgb;
+            precise vec3 product = share * sent_by((entry & 0xffffu));
             precise vec3 sum = gathered[down] + product;
             gathered[down] = sum;
         }
@@ -84,7 +92,7 @@ float element(uint row, uint column) {
 
 void add_dense(uint row, uint lane, inout vec3 gathered[4]) {
     for (uint column = lane; column < push.data.count; column += LANES) {
-        vec3 sent = before.data[column].sent.rgb;
+        vec3 sent = sent_by(column);
         for (uint down = 0u; down < 4u; ++down) {
             precise vec3 product = element(min(4u * row + down, push.data.count - 1u), column) * sent;
             precise vec3 sum = gathered[down] + product;
@@ -131,7 +139,7 @@ void main() {
     for (uint down = 0u; down < 4u; ++down) {
         sums[down][lane] = gathered[down];
     }
-    for (uint width = LANES / 2u; width > 0u; width /= 2u) {
+    for (uint width = LANES >> 1u; width > 0u; width /= 2u) {
         barrier();
         if (lane < width) {
             for (uint down = 0u; down < 4u; ++down) {

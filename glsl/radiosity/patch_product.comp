@@ -6,21 +6,24 @@
 #include "base.glsl"
 
 layout(constant_id = 0) const uint CODEC = CODEC_BC1;
-const uint LANES = GATHER_LANES;
-layout(local_size_x = 32) in;
+// Threads of a group: as many as the device runs in step (GROUP_SIZE).
+layout(local_size_x_id = 3) in;
+const uint LANES = gl_WorkGroupSize.x;
 
 layout(set = 0, binding = 2, scalar) readonly buffer BeforeBlock { PatchLight data[]; } before;
 layout(set = 0, binding = 3, scalar) writeonly buffer AfterBlock { PatchLight data[]; } after;
 
 #include "matrix.glsl"
 
+layout(set = 0, binding = 6) uniform samplerBuffer bounced_sent;
+
 layout(push_constant, scalar) uniform Push { ProductPush data; } push;
 
-shared vec3 sums[4][32];
+shared vec3 sums[4][LANES];
 
 // Exitance that the column at a position sends at first.
 vec3 sent(uint position) {
-    return position < push.data.count ? before.data[word(push.data.columns_at + position)].first.rgb : vec3(0.0);
+    return position < push.data.count ? texelFetch(bounced_sent, int(word(push.data.columns_at + position) * BOUNCED_LIGHT_TEXELS + 3u)).rgb : vec3(0.0);
 }
 
 vec3 table_value(uvec3 codes) {
@@ -229,7 +232,7 @@ void main() {
     for (uint down = 0u; down < 4u; ++down) {
         sums[down][lane] = gathered[down];
     }
-    for (uint width = LANES / 2u; width > 0u; width /= 2u) {
+    for (uint width = LANES >> 1u; width > 0u; width /= 2u) {
         barrier();
         if (lane < width) {
             for (uint down = 0u; down < 4u; ++down) {

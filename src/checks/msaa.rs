@@ -114,8 +114,8 @@ fn variants(count: u32) -> Vec<(&'static str, Request)> {
 /// Pixels of the bar's picture: as many metres wide and high.
 const BAR_SIZE: (u32, u32) = (24, 16);
 
-/// A near bar before a far wall that a lamp close to it lights; an orthographic lens, a metre a pixel. The bar's edges lie a quarter of a pixel
-/// beyond whole ones, an eighth from the nearest samples: farther than any driver snaps vertices.
+/// A near bar before a far wall that a lamp close to it lights; an orthographic lens, a metre a pixel. The bar's edges lie in the middle of pixels,
+/// where drivers with any number of sub-pixel bits leave them, and no standard place of 2, 4 or 8 samples is.
 fn bar() -> Scene {
     let far = wall(60.0);
     // It reaches the wall and not the bar.
@@ -135,8 +135,8 @@ fn bar() -> Scene {
         DMat4::from_translation(DVec3::new(x, y, z)) * DMat4::from_scale(DVec3::new(size[0], size[1], 1.0))
     };
     scene.instances[0].object_to_world = DMat4::from_translation(DVec3::new(0.0, 0.0, -120.0));
-    // From -4.75 to 2.25 across and from -2.25 to 4.75 up.
-    scene.instances.push(Instance { mesh: 1, object_to_world: at(-1.25, 1.25, 0.0, [3.5, 3.5]) });
+    // From -4.5 to 2.5 across and from -2.5 to 4.5 up.
+    scene.instances.push(Instance { mesh: 1, object_to_world: at(-1.0, 1.0, 0.0, [3.5, 3.5]) });
     scene
 }
 

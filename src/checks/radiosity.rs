@@ -18,7 +18,6 @@ use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
 use crate::scene::view::View;
 use crate::scene::{Light, LightKind, Scene, builtin};
-use crate::shared::GATHER_LANES;
 use glam::DVec3;
 
 /// Not a multiple of any tile size.
@@ -107,7 +106,7 @@ fn twin_rows(renderer: &Renderer, scene: &Scene, bake: &Arc<Bake>) -> Result<Vec
         let areas: Vec<f32> = bounced.patches.iter().map(|p| p.area).collect();
         let reflectance: Vec<[f32; 3]> = bounced.patches.iter().map(|p| p.reflectance).collect();
         let first: Vec<[f32; 3]> = found.iter().map(|p| rgb(p[3])).collect();
-        let lanes = if thread_rows { 1 } else { GATHER_LANES as usize };
+        let lanes = if thread_rows { 1 } else { bounced.lanes as usize };
         let twin = gathered(&bake.operator, &areas, &reflectance, &first, &bounced.steps, lanes);
         let shape = if thread_rows { ", a thread a row" } else { "" };
         let name = format!("gathers = twin, {}, {}{shape}, {count} patches", codec.name(), path.name());

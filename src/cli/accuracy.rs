@@ -79,4 +79,10 @@ pub enum KnobName {
     TransparentBounds,
     /// What of blended surfaces is put in order; of scenes that have some.
     TransparentSort,
+    /// Gathers of bounced light; only where it is asked for, as the following.
+    GiGathers,
+    /// Patches of bounced light.
+    GiPatches,
+    /// How the matrix of bounced light is stored.
+    GiCodec,
 }

@@ -39,6 +39,9 @@ pub struct Bake {
     /// Make the bake of rows that shards have left; none is computed here.
     #[arg(long)]
     pub merge: bool,
+    /// Write figures of the matrix, its orders and what blocks make of it into this folder, with a page of all.
+    #[arg(long, value_name = "DIR", conflicts_with = "shard")]
+    pub report: Option<PathBuf>,
     /// Write the machine form here, - for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -34,6 +34,9 @@ pub struct Bench {
     /// Seed of the scattered lights.
     #[arg(long, visible_alias = "seed", value_name = "S", default_value_t = 1)]
     pub light_seed: u64,
+    /// About how many patches `radiosity` gathers between [default: 4096, with --quick 300].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=32768))]
+    pub patches: Option<u32>,
     /// Camera path of `path` [default: one through the atrium].
     #[arg(long, value_name = "FILE.json")]
     pub path: Option<PathBuf>,
@@ -83,6 +86,8 @@ pub enum BenchName {
     Msaa,
     /// Each effect forced where nothing calls for it, and left out.
     Effects,
+    /// Bounced light by every codec, iteration and path to the matrix: bytes, time and error.
+    Radiosity,
     /// What each step takes on this device; stored, so that `--technique auto` chooses by it.
     Profile,
 }

@@ -21,6 +21,8 @@ use crate::reference::render::Reference;
 use crate::scene::Scene;
 use crate::scene::view::View;
 
+mod figures;
+
 /// Milliseconds by stage, in their order.
 type Stages = Vec<(&'static str, f64)>;
 
@@ -38,7 +40,7 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
         (None, true) => Rows::Given,
         (None, false) => Rows::All,
     };
-    let Some(baked) = make(&scene, settings, &args.output, &which, &mut stages)? else {
+    let Some(baked) = make(&scene, settings, &args.output, (&which, args.report.as_deref()), &mut stages)? else {
         let parts = parts_of(&args.output);
         report::print(&format!(
             "rows      of shard {} are in {}; bake --merge makes the bake of all of them\n",
@@ -127,7 +129,13 @@ fn key(scene: &Scene, settings: &Settings, patches: &Patches) -> String {
 }
 
 /// Makes a bake; `None` where only a shard's rows were wanted.
-fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: &mut Stages) -> Result<Option<Bake>> {
+fn make(
+    scene: &Scene,
+    settings: Settings,
+    folder: &Path,
+    (which, report): (&Rows, Option<&Path>),
+    stages: &mut Stages,
+) -> Result<Option<Bake>> {
     let mut timed = |name: &'static str, start: Instant| stages.push((name, start.elapsed().as_secs_f64() * 1e3));
     let start = Instant::now();
     let occluders = Reference::new(scene, &View::of_world())?;
@@ -158,6 +166,11 @@ fn make(scene: &Scene, settings: Settings, folder: &Path, which: &Rows, stages: 
     let start = Instant::now();
     let exchange = Exchange::new(scene, &occluders, settings.seed, patches, rows)?;
     timed("transfer", start);
+    if let Some(folder) = report {
+        let start = Instant::now();
+        figures::write(&exchange, &scene.name, folder)?;
+        timed("report", start);
+    }
     let start = Instant::now();
     let baked = Bake::new(exchange, settings)?;
     timed("codec", start);
@@ -202,7 +215,7 @@ pub fn cached(scene: &Scene) -> Result<Bake> {
         return Ok(found);
     }
     fs::create_dir_all(&cache).map_err(|e| Error::new(format!("{}: could not be made: {e}", cache.display())))?;
-    let made = make(scene, settings, &folder, &Rows::All, &mut Stages::new())?;
+    let made = make(scene, settings, &folder, (&Rows::All, None), &mut Stages::new())?;
     let baked = made.ok_or_else(|| Error::new("a bake without shards is whole"))?;
     files::store(&baked, &folder)?;
     let _ = fs::remove_dir_all(parts_of(&folder));

@@ -44,6 +44,9 @@ pub struct Instance {
     messages: Arc<Messages>,
 }
 
+/// The loader's remark, not the layer's, on how ash asks for the functions of extensions that nobody here calls.
+const LOADER_REMARK: &str = "vkGetDeviceProcAddr(): pName is trying to grab";
+
 unsafe extern "system" fn on_message(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _types: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -57,7 +60,10 @@ unsafe extern "system" fn on_message(
         if !text.is_null()
             && let Ok(mut list) = messages.0.lock()
         {
-            list.push(CStr::from_ptr(text).to_string_lossy().into_owned());
+            let text = CStr::from_ptr(text).to_string_lossy().into_owned();
+            if !text.starts_with(LOADER_REMARK) {
+                list.push(text);
+            }
         }
     }
     vk::FALSE

@@ -2,7 +2,7 @@
 //! R. Varga, "Chebyshev semi-iterative methods", 1961). A node a step.
 //!
 //! Reads: the matrix, patches, light as the step before left it. Writes: light as this one leaves it.
-//! Group shape: 32 threads for four rows, whose sums are added in a fixed order. Limits: a matrix that is bound at once; the plan refuses others.
+//! Group shape: as many threads as run in step, 32 at most, for four rows; their sums are added in a fixed order. Limits: a matrix that is bound at once; the plan refuses others.
 //! CPU twins: `radiosity/codec/`, `radiosity/solve.rs`.
 
 use ash::vk;
@@ -16,7 +16,7 @@ use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work}
 use crate::plan::bounced::matrix::{MatrixFormat, Parts};
 use crate::plan::{Bounced, Plan};
 use crate::shaders::radiosity::patch_gather;
-use crate::shared::{GATHER_LANES, GatherPush, MOST_GROUPS, PatchLight};
+use crate::shared::{GatherPush, MOST_GROUPS, PatchLight};
 
 /// Adds all steps, and before them what patches send at first, where the plan has bounced light; what shading reads stands in `scene`.
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
@@ -70,10 +70,16 @@ fn gather(bounced: &Bounced, of: &BouncedHandles, [before, after]: [BufferHandle
         before: ComputeStorageRead(before),
         after: ComputeStorageWrite(after),
         bounced_matrix_texels: Some(ComputeTexel(of.matrix)),
+        bounced_sent: Some(ComputeTexel(before)),
         bounced_matrix_image: of.matrix_image.map(|image| ComputeSampled(image, nearest_sampler())),
     };
-    let spec = patch_gather::Spec { CODEC: matrix.codec, MATRIX_PATH: matrix.path, THREAD_ROWS: bounced.thread_rows };
-    let groups = push.count.div_ceil(if bounced.thread_rows { GATHER_LANES } else { 4 });
+    let spec = patch_gather::Spec {
+        CODEC: matrix.codec,
+        MATRIX_PATH: matrix.path,
+        THREAD_ROWS: bounced.thread_rows,
+        GROUP_SIZE: bounced.lanes,
+    };
+    let groups = push.count.div_ceil(if bounced.thread_rows { bounced.lanes } else { 4 });
     Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_gather::PROGRAM, constants: spec.values() },
         bindings: set.list(),

@@ -1,7 +1,7 @@
 //! Patch product: bounced light of all patches in one product with bounces that were summed beforehand.
 //!
 //! Reads: the matrix (words, a texel buffer or an image), what patches send at first. Writes: their light.
-//! Group shape: 32 threads for four rows, whose sums are added in a fixed order. Limits: a matrix that is bound at once; the plan refuses others.
+//! Group shape: as many threads as run in step, 32 at most, for four rows; their sums are added in a fixed order. Limits: a matrix that is bound at once; the plan refuses others.
 //! CPU twin: `radiosity/codec/coded.rs`.
 
 use bytemuck::bytes_of;
@@ -27,9 +27,10 @@ pub(super) fn work(
         before: ComputeStorageRead(before),
         after: ComputeStorageWrite(after),
         bounced_matrix_texels: Some(ComputeTexel(of.matrix)),
+        bounced_sent: Some(ComputeTexel(before)),
         bounced_matrix_image: of.matrix_image.map(|image| ComputeSampled(image, nearest_sampler())),
     };
-    let spec = patch_product::Spec { CODEC: matrix.codec, MATRIX_PATH: matrix.path };
+    let spec = patch_product::Spec { CODEC: matrix.codec, MATRIX_PATH: matrix.path, GROUP_SIZE: bounced.lanes };
     let groups = push.count.div_ceil(4);
     Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_product::PROGRAM, constants: spec.values() },

@@ -23,6 +23,9 @@ pub const MOST_GATHERS: u32 = 64;
 /// Storage buffers of one stage, at most: materials, lights, a list and its offsets, and words of the grid.
 const STORAGE_BUFFERS: u32 = 5;
 
+/// Each of the first four threads of a group ends a row.
+const LEAST_LANES: u32 = 4;
+
 /// What is gathered, and how.
 #[derive(Debug, Clone)]
 pub struct Bounced {
@@ -40,6 +43,8 @@ pub struct Bounced {
     pub matrix: Matrix,
     /// A thread adds a row by itself.
     pub thread_rows: bool,
+    /// Threads of a group, a power of two of at least four.
+    pub lanes: u32,
     /// Cells and lists are more words than a texel buffer holds: shading reads them from a storage buffer.
     pub words_in_storage: bool,
 }
@@ -91,6 +96,7 @@ impl Bounced {
             patches: bake.patches.list.iter().map(|patch| patch_data(patch, view)).collect(),
             points: bake.points.iter().map(|p| view.world_to_view.transform_point3(*p).as_vec3().to_array()).collect(),
             matrix,
+            lanes: limits.subgroup_size.clamp(LEAST_LANES, shared::GATHER_LANES).next_power_of_two(),
             thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
             words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
             bake,
@@ -146,7 +152,7 @@ pub fn left_after(gathers: u32, iteration: Iteration, smallest: f64, largest: f6
 }
 
 /// Share of the residual and weight of each step.
-fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> Vec<[f32; 2]> {
+pub fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> Vec<[f32; 2]> {
     if iteration == Iteration::Neumann {
         return vec![[1.0; 2]; count as usize];
     }
@@ -224,5 +230,54 @@ mod tests {
                 assert!((now - right).abs() <= bound * right * 1.001 + 1e-6, "{count} steps, {eigenvalue}: {now}");
             }
         }
+    }
+
+    /// R17: light that comes and goes leaves nothing behind but what the iteration's bound allows, and no gather grows it.
+    #[test]
+    fn r17_light_that_is_switched_off_decays() {
+        let (smallest, largest) = (-0.3, 0.8);
+        for iteration in [Iteration::Chebyshev, Iteration::Neumann] {
+            for eigenvalue in [smallest, 0.1, largest] {
+                let (mut now, mut before) = (1e4, 1e4);
+                for [step, weight] in steps(iteration, smallest, largest, 12) {
+                    let next =
+                        f64::from(weight) * ((now - before) + f64::from(step) * (eigenvalue * now - now)) + before;
+                    (before, now) = (now, next);
+                }
+                let left = left_after(12, iteration, smallest, largest);
+                assert!(now.is_finite() && now.abs() <= 1e4 * left * 1.001, "{eigenvalue}: {now}, {left}");
+            }
+        }
+    }
+
+    /// Of the box with walls that reflect so much of what they do.
+    fn planned(share: f32, tolerance: f64) -> Decision {
+        let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
+        for material in &mut scene.materials {
+            (0..3).for_each(|c| material.base_color[c] *= share);
+            material.emissive = [0.0; 3];
+        }
+        let settings =
+            crate::radiosity::Settings { patches: crate::radiosity::bake::PatchRule::Count(60), ..Default::default() };
+        let bake = Arc::new(Bake::of_scene(&scene, settings).expect("a bake"));
+        let gathering = Gathering { tolerance, ..Gathering::default() };
+        let request =
+            Request { gi: Gi::Radiosity(gathering), bake: Some(bake), width: 32, height: 32, ..Request::default() };
+        let plan = Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan");
+        Bounced::new(&request, &plan.view, &Limits::MINIMUM).expect("a decision")
+    }
+
+    /// As few gathers as the tolerance asks for, none where nothing is reflected, and the number that decided in the sentence.
+    #[test]
+    fn gathers_are_as_few_as_the_scene_calls_for() {
+        let (loose, _) = planned(1.0, 0.1);
+        let (tight, why) = planned(1.0, 1e-3);
+        let count = |of: &Option<Bounced>| of.as_ref().map_or(0, |bounced| bounced.steps.len());
+        assert!(count(&loose) >= 1 && count(&tight) > count(&loose), "{} {}", count(&loose), count(&tight));
+        assert!(why.contains("eigenvalues from") && why.contains("gathers"), "{why}");
+        let (dark, _) = planned(0.05, Gathering::TOLERANCE);
+        assert!(count(&dark) <= 2, "{}", count(&dark));
+        let (none, why) = planned(0.005, Gathering::TOLERANCE);
+        assert!(none.is_none() && why.contains("less than the tolerance"), "{why}");
     }
 }

@@ -25,6 +25,8 @@ pub struct Limits {
     pub sub_pixel_bits: u32,
     /// `maxColorAttachments`.
     pub max_color_attachments: u32,
+    /// `subgroupSize`: threads that run in step.
+    pub subgroup_size: u32,
     /// `maxPerStageDescriptorStorageBuffers`.
     pub max_stage_storage_buffers: u32,
     /// RGBA32F colour attachments blend.
@@ -52,6 +54,7 @@ impl Limits {
         sub_pixel_bits: 4,
         max_color_attachments: 4,
         max_stage_storage_buffers: 4,
+        subgroup_size: 32,
         float_blend: false,
         fragment_stores: false,
         block_compression: false,
@@ -73,6 +76,7 @@ impl Limits {
         sub_pixel_bits: 8,
         max_color_attachments: 0,
         max_stage_storage_buffers: 0,
+        subgroup_size: 1,
         float_blend: false,
         fragment_stores: false,
         block_compression: false,

@@ -8,26 +8,19 @@ use super::codec::bc1::Bc1;
 use super::codec::bc4_chroma::Bc4Chroma;
 use super::codec::half::Half;
 use super::codec::thesis::{self, Holes, Thesis};
-use super::codec::{self, Code, Dense, Summed, ZeroBlock, bounces};
+use super::codec::{Code, Dense, Summed, ZeroBlock, bounces};
 use super::exchange::Exchange;
 use super::factors::Report;
+use super::judge::{Judge, after_bounces, product_of_sums, wide};
 use super::order::{Order, Orders};
-use super::patches::{Patch, Patches};
+use super::patches::Patches;
 use super::spectrum::{self, Spectrum};
 use super::transfer::Transfer;
 use crate::error::{Error, Result};
-use crate::math::random::Random;
 use crate::scene::Scene;
 
 /// Places of a patch at which direct light is looked at.
 pub const POINTS: u32 = 16;
-/// Light set-ups that the codec's error is measured with.
-const PROBES: u64 = 6;
-/// Reflections in which what is left of light is under what f32 holds.
-const PROBE_BOUNCES: usize = 400;
-/// Change of the whole at which they end.
-const PROBE_TOLERANCE: f64 = 1e-7;
-
 /// How many patches, or how wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -148,7 +141,7 @@ pub enum Operator {
     /// See [`ZeroBlock`].
     ZeroBlock(ZeroBlock),
     /// See [`Summed`].
-    Summed(Summed),
+    Summed(Box<Summed>),
 }
 
 impl Operator {
@@ -210,22 +203,20 @@ impl Bake {
     /// # Errors
     /// Bounces that cannot be summed.
     pub fn new(exchange: Exchange, settings: Settings) -> Result<Self> {
+        let areas = exchange.areas();
         let Exchange { fingerprint, patches, points, transfer, exact, spectrum, factors } = exchange;
-        let areas: Vec<f64> = patches.list.iter().map(|patch| patch.area).collect();
         let (operator, spectrum, norm_scale, codec_error) = if settings.codec.is_summed() {
             let (summed, error) = summed(&exact, &patches, settings)?;
-            (Operator::Summed(summed), spectrum, 1.0, error)
+            (Operator::Summed(Box::new(summed)), spectrum, 1.0, error)
         } else {
             let operator = match settings.codec {
                 CodecName::Classical => Operator::Dense(exact.clone()),
                 _ => Operator::ZeroBlock(ZeroBlock::encode(&exact.elements, &areas, settings.extract)),
             };
             let (operator, spectrum, norm_scale) = kept_below_one(operator, &patches, &spectrum);
-            let exact = Operator::Dense(exact);
-            let error = codec_error(&patches, &|b| after_bounces(&exact, &patches, b), &|b| {
-                after_bounces(&operator, &patches, b)
-            });
-            (operator, spectrum, norm_scale, error)
+            let judge = Judge::new(&patches, &|b| after_bounces(&|sent| exact.product(sent, 32), &patches, b));
+            let found = judge.error(&|b| after_bounces(&|sent| operator.product(sent, 32), &patches, b));
+            (operator, spectrum, norm_scale, [found.mean, found.worst])
         };
         Ok(Self {
             fingerprint,
@@ -239,6 +230,24 @@ impl Bake {
             codec_error,
             norm_scale,
         })
+    }
+
+    /// With bounces that were summed and encoded before; what the codec makes of them is not measured.
+    pub fn of_sums(exchange: Exchange, settings: Settings, summed: Summed) -> Self {
+        let Exchange { fingerprint, patches, points, transfer, spectrum, factors, .. } = exchange;
+        let operator = Operator::Summed(Box::new(summed));
+        Self {
+            fingerprint,
+            settings,
+            points,
+            transfer,
+            patches,
+            operator,
+            spectrum,
+            factors,
+            codec_error: [0.0; 2],
+            norm_scale: 1.0,
+        }
     }
 
     /// Bytes of the matrix an element.
@@ -325,78 +334,10 @@ fn summed(exact: &Dense, patches: &Patches, settings: Settings) -> Result<(Summe
     let n = exact.count;
     let sums = sum_bounces(exact, patches, settings.codec, settings.bounces)?;
     let coded = encode_sums(n, sums.clone(), settings.codec, settings.order)?;
-    let (sums, scales) = sums;
-    let right = |exitance: &[[f32; 3]]| -> Vec<[f64; 3]> {
-        let row = |i: usize| {
-            std::array::from_fn(|c| {
-                let row = &sums[c][i * n..(i + 1) * n];
-                let sum: f64 = row.iter().zip(exitance).map(|(x, b)| f64::from(*x) * f64::from(b[c])).sum();
-                sum * scales.as_ref().map_or(1.0, |scales| f64::from(scales[i][c]))
-            })
-        };
-        (0..n).map(row).collect()
-    };
-    let found = |exitance: &[[f32; 3]]| -> Vec<[f64; 3]> {
-        coded.product(exitance, 32).iter().map(|e| e.map(f64::from)).collect()
-    };
-    let error = codec_error(patches, &right, &found);
+    let judge = Judge::new(patches, &|exitance| product_of_sums(&sums, exitance));
+    let found = judge.error(&|exitance| wide(&coded.product(exitance, 32)));
+    let error = [found.mean, found.worst];
     Ok((coded, error))
-}
-
-/// Irradiance after all bounces, from exitance.
-fn after_bounces(operator: &Operator, patches: &Patches, exitance: &[[f32; 3]]) -> Vec<[f64; 3]> {
-    let mut irradiance = vec![[0.0f64; 3]; exitance.len()];
-    for _ in 0..PROBE_BOUNCES {
-        let sent: Vec<[f32; 3]> = patches
-            .list
-            .iter()
-            .zip(exitance)
-            .zip(&irradiance)
-            .map(|((patch, first), e)| {
-                let reflectance = patch.reflectance.to_array();
-                std::array::from_fn(|c| ((f64::from(first[c]) + reflectance[c] * e[c]) * patch.area) as f32)
-            })
-            .collect();
-        let next: Vec<[f64; 3]> = operator.product(&sent, 32).iter().map(|e| e.map(f64::from)).collect();
-        let change = next.iter().flatten().zip(irradiance.iter().flatten()).map(|(a, b)| (a - b).abs()).sum::<f64>();
-        let whole: f64 = next.iter().flatten().sum();
-        irradiance = next;
-        if change <= PROBE_TOLERANCE * whole {
-            break;
-        }
-    }
-    irradiance
-}
-
-/// What takes exitance of all patches to their irradiance.
-type Gather<'a> = &'a dyn Fn(&[[f32; 3]]) -> Vec<[f64; 3]>;
-
-/// Mean and largest relative L2 error of irradiance, over light that falls in parallel or from a place, unhindered, in three colours.
-fn codec_error(patches: &Patches, right: Gather, found: Gather) -> [f64; 2] {
-    let areas: Vec<f64> = patches.list.iter().map(|patch| patch.area).collect();
-    let errors: Vec<f64> = (0..PROBES)
-        .map(|probe| {
-            let exitance = probe_light(patches, probe);
-            codec::relative_l2(&found(&exitance), &right(&exitance), &areas)
-        })
-        .collect();
-    let mean = errors.iter().sum::<f64>() / PROBES as f64;
-    [mean, errors.into_iter().fold(0.0, f64::max)]
-}
-
-/// Exitance of all patches under one of the light set-ups that codecs are judged by.
-pub fn probe_light(patches: &Patches, probe: u64) -> Vec<[f32; 3]> {
-    let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
-    let high = patches.list.iter().map(|patch| patch.center).fold(DVec3::NEG_INFINITY, DVec3::max);
-    let mut random = Random::new(probe);
-    let mut three = || DVec3::new(random.unit_f64(), random.unit_f64(), random.unit_f64());
-    let (way, place) = ((three() - 0.5).normalize_or(DVec3::Y), low + (high - low) * three());
-    let lit = |patch: &Patch| {
-        let to = place - patch.center;
-        let local = patch.normal.dot(to).max(0.0) / to.length().powi(3).max(1e-12);
-        if probe % 2 == 0 { patch.normal.dot(way).max(0.0) } else { local }
-    };
-    patches.list.iter().map(|patch| (patch.reflectance * lit(patch)).as_vec3().to_array()).collect()
 }
 
 #[cfg(test)]

@@ -12,8 +12,22 @@ pub fn gathered(
     steps: &[[f32; 2]],
     lanes: usize,
 ) -> Vec<[f32; 3]> {
+    gathered_each(operator, [areas, reflectance.as_flattened()], first, steps, lanes, &mut |_| {})
+}
+
+/// The same, and `each` is told of the irradiance after every step. `patches` are areas, and reflectance channel by channel.
+pub fn gathered_each(
+    operator: &Operator,
+    [areas, reflectance]: [&[f32]; 2],
+    first: &[[f32; 3]],
+    steps: &[[f32; 2]],
+    lanes: usize,
+    each: &mut dyn FnMut(&[[f32; 3]]),
+) -> Vec<[f32; 3]> {
     if let Operator::Summed(summed) = operator {
-        return summed.product(first, lanes);
+        let irradiance = summed.product(first, lanes);
+        each(&irradiance);
+        return irradiance;
     }
     let count = areas.len();
     let (mut irradiance, mut previous) = (vec![[0f32; 3]; count], vec![[0f32; 3]; count]);
@@ -30,10 +44,11 @@ pub fn gathered(
             })
             .collect();
         sent = (0..count)
-            .map(|i| std::array::from_fn(|c| (first[i][c] + reflectance[i][c] * next[i][c]) * areas[i]))
+            .map(|i| std::array::from_fn(|c| (first[i][c] + reflectance[3 * i + c] * next[i][c]) * areas[i]))
             .collect();
         previous = irradiance;
         irradiance = next;
+        each(&irradiance);
     }
     irradiance
 }

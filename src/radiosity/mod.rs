@@ -7,6 +7,7 @@ pub mod exchange;
 pub mod factors;
 pub mod files;
 pub mod gather;
+pub mod judge;
 pub mod kernel;
 pub mod order;
 pub mod pair;

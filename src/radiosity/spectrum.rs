@@ -18,9 +18,12 @@ pub struct Spectrum {
     pub largest: f64,
 }
 
+/// What gathers light that patches send, exitance times area, as irradiance.
+pub type Product<'a> = &'a dyn Fn(&[[f32; 3]]) -> Vec<[f32; 3]>;
+
 /// Found by the power method in the norm in which the operator is symmetric: areas times reflectance. First the largest in size, which is positive since
-/// no element is negative; then, with that much added, the other end. `product` gathers what patches send, exitance times area.
-pub fn of(product: &dyn Fn(&[[f32; 3]]) -> Vec<[f32; 3]>, patches: &Patches) -> Spectrum {
+/// no element is negative; then, with that much added, the other end.
+pub fn of(product: Product, patches: &Patches) -> Spectrum {
     let count = patches.list.len();
     // Rows of R^(1/2) A^(1/2) K A^(1/2) R^(1/2), by channel.
     let roots: Vec<[f64; 3]> = patches

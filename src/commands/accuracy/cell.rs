@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn touched_passes_are_summed_within_a_frame() {
-        let of = |name| knobs::knob(name, &Request::default());
+        let of = |name| knobs::knob(name, &Request::default(), &[]);
         let spread = cell(9.0, 1, 0.5).passes(&of(KnobName::Cull)).expect("timestamps");
         assert_eq!(spread, Spread { median: 7.0, min: 2.0, max: 7.0 });
         assert_eq!(cell(9.0, 1, 0.5).passes(&of(KnobName::Tile)).map(|spread| spread.max), Some(9.0));
@@ -160,7 +160,7 @@ mod tests {
         mark_fronts(&mut cells);
         assert_eq!(cells.each_ref().map(|cell| cell.on_time_front), [false, true, false, false]);
         assert_eq!(cells.each_ref().map(|cell| cell.on_bytes_front), [true, false, false, false]);
-        let row = cells[3].json(&knobs::knob(KnobName::Tile, &Request::default()));
+        let row = cells[3].json(&knobs::knob(KnobName::Tile, &Request::default(), &[]));
         assert!(row["ms"].is_null() && row["memory_bytes"].is_null() && row["outcome"] == "refused");
     }
 }

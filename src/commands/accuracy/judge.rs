@@ -6,8 +6,8 @@ use crate::commands::measured;
 use crate::error::{Error, Result};
 use crate::measure::metrics::{self, Difference};
 use crate::measure::picture::Picture;
-use crate::plan::{Limits, Plan, Request, Technique};
-use crate::reference::render::{self, Reference};
+use crate::plan::{Gi, Limits, Plan, Request, Technique};
+use crate::reference::render::{self, Paths, Reference};
 use crate::reference::shade::Shader;
 use crate::renderer::Renderer;
 use crate::scene::Scene;
@@ -25,6 +25,9 @@ pub(super) struct Judge {
     sampled: Option<Vec<[f64; 4]>>,
     /// With shadow rays; `None` where nothing asks for it.
     shadowed: Option<Vec<[f64; 4]>>,
+    /// With shadow rays and paths, means of squares of pixels; `None` where nothing asks for it.
+    bounced: Option<Vec<[f64; 4]>>,
+    size: [usize; 2],
     /// Of the device; `None` where it cannot draw it.
     forward: Option<Vec<[f64; 4]>>,
     /// Why not.
@@ -36,13 +39,28 @@ impl Judge {
     ///
     /// # Errors
     /// A scene or a request that cannot be traced, or a lost device.
-    pub(super) fn new(renderer: &Renderer, scene: &Scene, request: &Request, against: &[Against]) -> Result<Self> {
+    pub(super) fn new(
+        renderer: &Renderer,
+        scene: &Scene,
+        request: &Request,
+        against: &[Against],
+        quick: bool,
+    ) -> Result<Self> {
         let unbounded = against.contains(&Against::Unbounded);
         let request = Request { technique: Technique::Forward, ..request.clone() };
-        let (forward, note) = match Plan::new(scene, &request, &renderer.limits()) {
+        let size = [request.width as usize, request.height as usize];
+        let bounced = against.contains(&Against::Bounces).then(|| trace_bounced(scene, &request, quick)).transpose()?;
+        let (forward, mut note) = match Plan::new(scene, &request, &renderer.limits()) {
             Ok(plan) => (Some(metrics::widen(&draw(renderer, scene, &plan)?)), None),
             Err(error) => (None, Some(format!("forward, which the others are compared with: {error}"))),
         };
+        if let Some((_, error)) = &bounced {
+            let own = format!(
+                "paths of bounced light are off by {:.2} % of their mean in a square of {SQUARE} pixels",
+                100.0 * error
+            );
+            note = Some(note.map_or(own.clone(), |note| format!("{note}; {own}")));
+        }
         let traced = trace(scene, &request, 1)?;
         let several = against.contains(&Against::Samples).then(|| trace(scene, &request, SAMPLES)).transpose()?;
         let with_shadows = Request { shadows: Some(SHADOWED), ..request.clone() };
@@ -56,6 +74,8 @@ impl Judge {
             unbounded: unbounded.map(|traced| traced.rgba),
             sampled: several.map(|traced| traced.rgba),
             shadowed: shadowed.map(|traced| traced.rgba),
+            bounced: bounced.map(|(picture, _)| squares(&picture, size)),
+            size,
             forward,
             note,
         })
@@ -67,6 +87,10 @@ impl Judge {
             Against::Own => &self.own,
             Against::Shadows => self.shadowed.as_ref().unwrap_or(&self.own),
             Against::Unbounded => self.unbounded.as_ref().unwrap_or(&self.own),
+            Against::Bounces => {
+                let found = squares(&metrics::widen(radiance), self.size);
+                return metrics::compare(self.bounced.as_ref().unwrap_or(&self.own), &found);
+            }
             Against::Samples => {
                 return metrics::compare(self.sampled.as_ref().unwrap_or(&self.own), &metrics::widen(radiance));
             }
@@ -100,6 +124,46 @@ fn draw(renderer: &Renderer, scene: &Scene, plan: &Plan) -> Result<Vec<[f32; 4]>
 /// Rays of a pixel whose edges are judged.
 const SAMPLES: u32 = 8;
 
+/// Pixels along a side of what is compared where paths are noisy.
+const SQUARE: usize = 10;
+
+/// Paths a pixel, and of a quick run.
+const PATHS: [u32; 2] = [128, 32];
+
+/// Means of squares of pixels; those that a picture's end cuts have fewer.
+fn squares(picture: &[[f64; 4]], [width, height]: [usize; 2]) -> Vec<[f64; 4]> {
+    let columns = width.div_ceil(SQUARE);
+    let mut sums = vec![([0.0; 4], 0.0); columns * height.div_ceil(SQUARE)];
+    for (index, pixel) in picture.iter().enumerate() {
+        let (sum, count) = &mut sums[index / width / SQUARE * columns + index % width / SQUARE];
+        (0..4).for_each(|c| sum[c] += pixel[c]);
+        *count += 1.0;
+    }
+    sums.into_iter().map(|(sum, count)| sum.map(|x| x / count)).collect()
+}
+
+/// Direct light with shadow rays for all lights, and what paths find of all that bounces; and the error of a square of pixels.
+fn trace_bounced(scene: &Scene, request: &Request, quick: bool) -> Result<(Vec<[f64; 4]>, f64)> {
+    let paths = PATHS[usize::from(quick)];
+    let request = Request {
+        technique: Technique::Reference,
+        gi: Gi::Path { paths, seed: Gi::SEED },
+        rules: LightRules { emission_lights: true, ..request.rules.clone() },
+        ..request.clone()
+    };
+    let plan = Plan::new(scene, &request, &Limits::UNLIMITED)?;
+    let reference = Reference::new(scene, &plan.view)?;
+    let shader = Shader::new(&plan.lighting, &plan.view, plan.shading);
+    let mut picture = reference.render(&shader, &|_| ()).rgba;
+    let bar = measured::progress(u64::from(plan.view.height), "tracing paths, rows");
+    let found = reference.bounced(&shader, Paths { count: paths, seed: Gi::SEED }, &|rows| bar.set_position(rows));
+    bar.finish_and_clear();
+    for (pixel, added) in picture.iter_mut().zip(&found.rgb) {
+        (0..3).for_each(|c| pixel[c] += added[c]);
+    }
+    Ok((picture, found.standard_error.unwrap_or(f64::NAN) / SQUARE as f64))
+}
+
 fn trace(scene: &Scene, request: &Request, samples: u32) -> Result<render::Picture> {
     let request = Request { technique: Technique::Reference, ..request.clone() };
     let plan = Plan::new(scene, &request, &Limits::UNLIMITED)?;
@@ -123,6 +187,8 @@ mod tests {
             unbounded: Some(vec![pixel(2.0); 4]),
             sampled: Some(vec![pixel(3.0); 4]),
             shadowed: Some(vec![pixel(2.5); 4]),
+            bounced: Some(vec![pixel(3.0)]),
+            size: [2, 2],
             forward: Some(vec![pixel(1.0), pixel(2.0), pixel(4.0), pixel(8.0)]),
             note: None,
         }
@@ -136,6 +202,8 @@ mod tests {
         assert_eq!(judge().error(&picture, Against::Unbounded).max_relative, 1.5);
         assert_eq!(judge().error(&picture, Against::Samples).max_relative, 2.0);
         assert_eq!(judge().error(&picture, Against::Shadows).max_relative, 1.0);
+        // The mean of all four pixels, 17 / 4.
+        assert!((judge().error(&picture, Against::Bounces).max_relative - 1.25 / 3.0).abs() < 1e-12);
         let only_own = Judge { unbounded: None, ..judge() };
         assert_eq!(only_own.error(&picture, Against::Unbounded).max_relative, 0.25);
         assert_eq!(judge().interior_share(), 0.75);

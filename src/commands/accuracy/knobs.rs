@@ -1,13 +1,16 @@
 //! The knobs: their settings, what each is judged by, and the passes that it leaves alone.
 
+use std::sync::Arc;
+
 use crate::cli::{Accuracy, KnobName};
 use crate::commands::setup;
 use crate::plan::gbuffer::FAT_ATTACHMENTS;
 use crate::plan::samples::COUNTS;
 use crate::plan::{
-    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, ShadowUpdate,
-    Technique, TransparentBounds, TransparentSort,
+    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, Gathering, GbufferLayout, Gi, Limits, Request,
+    ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
+use crate::radiosity::Bake;
 use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
 
 /// A setting and what is drawn with it.
@@ -24,6 +27,8 @@ pub(super) enum Against {
     Samples,
     /// Rays look for what stands in the way of the lights that matter most, of [`SHADOWED`].
     Shadows,
+    /// All lights have shadow rays, and paths find what bounces; means of squares of pixels are compared.
+    Bounces,
 }
 
 impl Against {
@@ -34,6 +39,7 @@ impl Against {
             Self::Unbounded => "infinite ranges",
             Self::Samples => "own ranges, 8 rays a pixel",
             Self::Shadows => "own ranges, shadow rays",
+            Self::Bounces => "own ranges, shadow rays and paths",
         }
     }
 }
@@ -66,6 +72,9 @@ pub(super) const SHADOWED: u32 = 4;
 /// Columns of shadow maps.
 const SHADOW_SIZES: [u32; 5] = [128, 256, 512, 1024, 2048];
 
+/// Gathers of bounced light.
+const GATHERS: [u32; 6] = [1, 2, 3, 4, 6, 8];
+
 /// Texels of their filter.
 const SHADOW_FILTERS: [u32; 5] = [0, 1, 2, 4, 8];
 
@@ -84,12 +93,13 @@ pub(super) fn base(args: &Accuracy, limits: &Limits) -> Request {
     Request { width, height, shading, rules, gbuffer, technique: Technique::TiledForward, ..Request::default() }
 }
 
-/// The knob of that name, turned on `base`.
-pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
+/// The knob of that name, turned on `base`, and on bakes where it is one of bounced light.
+pub(super) fn knob(name: KnobName, base: &Request, bakes: &[Arc<Bake>]) -> Knob {
     let against = match name {
         KnobName::LightCutoff => Against::Unbounded,
         KnobName::Msaa => Against::Samples,
         KnobName::ShadowSize | KnobName::ShadowFilter => Against::Shadows,
+        KnobName::GiGathers | KnobName::GiPatches | KnobName::GiCodec => Against::Bounces,
         _ => Against::Own,
     };
     let spared: &[&str] = match name {
@@ -102,6 +112,10 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         KnobName::ShadowSize | KnobName::ShadowFilter => BEFORE,
         KnobName::TransparentBounds => &["depth_prepass", "tile_bin", "bin_"],
         KnobName::TransparentSort => &["depth_prepass", "forward"],
+        KnobName::GiGathers | KnobName::GiCodec => {
+            &["depth_prepass", "depth_reduce", "tile_", "bin_", "shadow_map", "patch_light"]
+        }
+        KnobName::GiPatches => &["depth_prepass", "depth_reduce", "tile_", "bin_", "shadow_map"],
     };
     let (name, title, settings) = match name {
         KnobName::Tile => ("tile", "pixels along a tile's side, of tiled-forward", tiles(base)),
@@ -133,6 +147,19 @@ pub(super) fn knob(name: KnobName, base: &Request) -> Knob {
         KnobName::TransparentSort => {
             ("transparent-sort", "what of blended surfaces is put in order, of forward", transparent_sorts(base))
         }
+        KnobName::GiGathers => ("gi-gathers", "gathers of bounced light, of tiled-forward", gathers(base, bakes)),
+        KnobName::GiPatches => (
+            "gi-patches",
+            "patches of bounced light, of tiled-forward",
+            of_bakes(base, bakes, |bake| bake.patches.list.len().to_string()),
+        ),
+        KnobName::GiCodec => (
+            "gi-codec",
+            "how the matrix of bounced light is stored, of tiled-forward",
+            of_bakes(base, bakes, |bake| {
+                format!("{}, {:.3} bytes an element", bake.settings.codec.name(), bake.bytes_an_element())
+            }),
+        ),
     };
     Knob { name, title, spared, against, settings }
 }
@@ -229,6 +256,28 @@ fn transparent_sorts(base: &Request) -> Vec<Setting> {
     TransparentSort::ALL.map(of).to_vec()
 }
 
+/// Light is gathered in every frame, so that its time is seen.
+fn bounced(base: &Request, bake: &Arc<Bake>, gathers: Option<u32>) -> Request {
+    let gathering = Gathering { gathers, ..Gathering::default() };
+    Request {
+        gi: Gi::Radiosity(gathering),
+        bake: Some(Arc::clone(bake)),
+        shadow_update: ShadowUpdate::Frame,
+        rules: LightRules { emission_lights: true, ..base.rules.clone() },
+        ..base.clone()
+    }
+}
+
+fn gathers(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
+    let Some(bake) = bakes.first() else { return Vec::new() };
+    let auto = ("auto".to_string(), bounced(base, bake, None));
+    std::iter::once(auto).chain(GATHERS.map(|n| (n.to_string(), bounced(base, bake, Some(n))))).collect()
+}
+
+fn of_bakes(base: &Request, bakes: &[Arc<Bake>], name: impl Fn(&Bake) -> String) -> Vec<Setting> {
+    bakes.iter().map(|bake| (name(bake), bounced(base, bake, None))).collect()
+}
+
 /// Turned on a scene that has nothing blended, the knob does nothing.
 pub(super) fn needs_blended(name: KnobName) -> bool {
     matches!(name, KnobName::TransparentBounds | KnobName::TransparentSort)
@@ -265,13 +314,22 @@ mod tests {
         builtin::load(spec).expect("a built-in scene")
     }
 
+    fn bakes(name: KnobName, scene: &crate::scene::Scene) -> Vec<Arc<Bake>> {
+        super::super::bakes::of_knob(name, scene, true).expect("bakes")
+    }
+
     #[test]
     fn every_setting_is_planned_and_has_passes_that_its_knob_touches_and_others() {
-        let limits =
-            Limits { max_color_attachments: 5, float_blend: true, samples: [1 | 2 | 4 | 8; 2], ..Limits::MINIMUM };
+        let limits = Limits {
+            max_color_attachments: 5,
+            float_blend: true,
+            samples: [1 | 2 | 4 | 8; 2],
+            max_stage_storage_buffers: 8,
+            ..Limits::MINIMUM
+        };
         for name in KnobName::value_variants() {
             let scene = scene_for(*name);
-            let knob = knob(*name, &request());
+            let knob = knob(*name, &request(), &bakes(*name, &scene));
             let typed = name.to_possible_value().expect("a value");
             assert_eq!(knob.name, typed.get_name());
             assert!(knob.settings.len() > 1, "{}", knob.name);
@@ -287,21 +345,29 @@ mod tests {
 
     #[test]
     fn each_knob_has_the_default_among_its_settings() {
-        let limits =
-            Limits { max_color_attachments: 5, float_blend: true, samples: [1 | 2 | 4 | 8; 2], ..Limits::MINIMUM };
+        let limits = Limits {
+            max_color_attachments: 5,
+            float_blend: true,
+            samples: [1 | 2 | 4 | 8; 2],
+            max_stage_storage_buffers: 8,
+            ..Limits::MINIMUM
+        };
         for name in KnobName::value_variants() {
             let scene = scene_for(*name);
-            let knob = knob(*name, &request());
+            let knob = knob(*name, &request(), &bakes(*name, &scene));
             let frame = |request: &Request| {
                 let plan = Plan::new(&scene, request, &limits).expect("a plan");
                 let blended = plan.transparency.as_ref().map(|planned| (planned.bounds, planned.sort));
                 let parts =
                     [format!("{:?}", plan.tiles), format!("{:?}", plan.lighting), format!("{:?}", plan.deferred)];
                 let maps = plan.shadows.as_ref().map(|shadows| (shadows.size, shadows.filter));
-                (parts, plan.samples, blended, maps)
+                let light = plan.bounced.as_ref().map(|of| (of.steps.clone(), of.patches.len(), of.bake.settings));
+                (parts, plan.samples, blended, maps, light)
             };
-            let Request { technique, shadows, shadow_update, .. } = knob.settings[0].1;
-            let default = frame(&Request { technique, shadows, shadow_update, ..request() });
+            let Request { technique, shadows, shadow_update, gi, .. } = knob.settings[0].1;
+            let (bake, rules) = (knob.settings[0].1.bake.clone(), knob.settings[0].1.rules.clone());
+            let rules = if bake.is_some() { rules } else { request().rules };
+            let default = frame(&Request { technique, shadows, shadow_update, gi, bake, rules, ..request() });
             assert!(knob.settings.iter().any(|(_, request)| frame(request) == default), "{}", knob.name);
         }
     }

@@ -1,6 +1,7 @@
 //! `accuracy`: what accuracy costs. Each knob is turned while everything else stays, and each of its settings is timed, compared with
 //! the f64 reference and with `forward`, and its lists are judged.
 
+mod bakes;
 mod cell;
 mod judge;
 mod knobs;
@@ -56,10 +57,13 @@ pub fn run(args: &Accuracy) -> Result<ExitCode> {
         measured::make_folder(folder)?;
     }
     let quiet = report::json_on_stdout(args.json.as_deref());
-    let knobs: Vec<_> =
-        asked(args, &session.scene)?.into_iter().map(|name| knobs::knob(name, &session.request)).collect();
+    let made = |name: KnobName| {
+        let bakes = bakes::of_knob(name, &session.scene, args.quick)?;
+        Ok(knobs::knob(name, &session.request, &bakes))
+    };
+    let knobs: Vec<_> = asked(args, &session.scene)?.into_iter().map(made).collect::<Result<_>>()?;
     let against: Vec<_> = knobs.iter().map(|knob| knob.against).collect();
-    let judge = Judge::new(&session.renderer, &session.scene, &session.request, &against)?;
+    let judge = Judge::new(&session.renderer, &session.scene, &session.request, &against, args.quick)?;
     if !quiet {
         report::print(&session.heading(&judge))?;
     }
@@ -100,7 +104,9 @@ fn asked(args: &Accuracy, scene: &Scene) -> Result<Vec<KnobName>> {
         return Err(Error::usage(format!("--knob {typed}: nothing in {} is blended", args.scene)));
     }
     let every = KnobName::value_variants().iter().copied();
-    Ok(every.filter(|name| if args.knob.is_empty() { !idle(name) } else { args.knob.contains(name) }).collect())
+    // Bakes and paths take minutes.
+    let called = |name: &KnobName| !idle(name) && !bakes::is_of_bounces(*name);
+    Ok(every.filter(|name| if args.knob.is_empty() { called(name) } else { args.knob.contains(name) }).collect())
 }
 
 impl<'a> Session<'a> {
@@ -216,7 +222,10 @@ mod tests {
     fn knobs_come_once_and_in_order() {
         let [glass, opaque] = ["glass", "cornell"].map(|name| builtin::load(name).expect("a built-in scene"));
         let found = |options: &[&str], scene: &Scene| asked(&parsed(options), scene);
-        assert_eq!(found(&[], &glass).expect("knobs"), KnobName::value_variants());
+        let without_bounces: Vec<_> =
+            KnobName::value_variants().iter().copied().filter(|name| !bakes::is_of_bounces(*name)).collect();
+        assert_eq!(found(&[], &glass).expect("knobs"), without_bounces);
+        assert_eq!(found(&["--knob", "gi-codec"], &opaque).expect("knobs"), [KnobName::GiCodec]);
         let some = found(&["--knob", "slices,tile,slices"], &opaque).expect("knobs");
         assert_eq!(some, [KnobName::Tile, KnobName::Slices]);
         let called = found(&[], &opaque).expect("knobs");

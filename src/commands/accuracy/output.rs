@@ -117,6 +117,10 @@ fn paragraph(knob: &Knob, cells: &[Cell]) -> String {
             "The reference's rays look for what stands in the way of the four lights that matter most; maps are drawn in every \
              frame. Forward, which the others are compared with, has no shadows."
         }
+        Against::Bounces => {
+            "The reference has shadow rays for all lights, and paths for what bounces; means of squares of 10 x 10 pixels are compared, since paths \
+             are noisy. Light is gathered and maps are drawn in every frame. Forward, which the others are compared with, has neither."
+        }
         Against::Own => "The reference has the same lights, with the same ranges.",
     };
     format!("{reference}{passes} *: no other setting is at most as far off and quicker, or smaller.")
@@ -182,7 +186,7 @@ mod tests {
             ..Cell::default()
         };
         let refused = Cell { setting: "64".into(), refusal: Some("too large".into()), ..Cell::default() };
-        Outcome::new(knobs::knob(KnobName::Tile, &Request::default()), vec![measured, refused], "how")
+        Outcome::new(knobs::knob(KnobName::Tile, &Request::default(), &[]), vec![measured, refused], "how")
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod output;
 mod path;
 mod prepass;
 mod profile;
+mod radiosity;
 mod resolution;
 mod run;
 mod sweep;
@@ -43,9 +44,9 @@ struct Experiment {
     run: fn(&Runner) -> Result<Outcome>,
 }
 
-const EXPERIMENTS: [Experiment; 12] = [
+const EXPERIMENTS: [Experiment; 13] = [
     Experiment { name: BenchName::Ceiling, share: 0.02, run: ceiling::run },
-    Experiment { name: BenchName::Lights, share: 0.22, run: lights::run },
+    Experiment { name: BenchName::Lights, share: 0.19, run: lights::run },
     Experiment { name: BenchName::Prepass, share: 0.05, run: prepass::run },
     Experiment { name: BenchName::Tiles, share: 0.10, run: tiles::run },
     Experiment { name: BenchName::Resolution, share: 0.11, run: resolution::run },
@@ -56,6 +57,7 @@ const EXPERIMENTS: [Experiment; 12] = [
     Experiment { name: BenchName::Materials, share: 0.05, run: materials::run },
     Experiment { name: BenchName::Msaa, share: 0.04, run: msaa::run },
     Experiment { name: BenchName::Effects, share: 0.04, run: effects::run },
+    Experiment { name: BenchName::Radiosity, share: 0.03, run: radiosity::run },
 ];
 
 /// Runs the experiment, or all of them.
@@ -70,6 +72,9 @@ pub fn run(args: &Bench) -> Result<ExitCode> {
     let all = args.name == BenchName::All;
     if args.path.is_some() && !all && args.name != BenchName::Path {
         return Err(Error::usage("--path is the camera path of `path`; this experiment has none"));
+    }
+    if args.patches.is_some() && !all && args.name != BenchName::Radiosity {
+        return Err(Error::usage("--patches is of `radiosity`; this experiment has none"));
     }
     let path = CameraPath::load(args.path.as_deref())?;
     if let Some(json) = args.json.as_deref().filter(|json| *json != Path::new("-")) {
@@ -108,6 +113,7 @@ fn refuse_ignored(args: &Bench) -> Result<()> {
         (args.plot.is_some(), "--plot"),
         (args.report.is_some(), "--report"),
         (args.path.is_some(), "--path"),
+        (args.patches.is_some(), "--patches"),
         (!args.lights.is_empty(), "--lights"),
         (args.light_range.is_some(), "--light-range"),
         (args.driver.len() > 1, "second --driver"),

@@ -19,6 +19,8 @@ pub struct Facts {
     bools: HashSet<u32>,
     /// Scalars of 32 bits.
     words: HashSet<u32>,
+    /// Parts of composite constants.
+    parts: HashMap<u32, Vec<u32>>,
 }
 
 impl Facts {
@@ -49,11 +51,20 @@ impl Facts {
             (op::CONSTANT_TRUE, _) => 1,
             (op::CONSTANT_FALSE | op::CONSTANT_NULL, _) => 0,
             (op::CONSTANT, &[_, _, bits]) => bits,
+            (op::CONSTANT_COMPOSITE, [_, id, parts @ ..]) => {
+                self.parts.insert(*id, parts.to_vec());
+                return;
+            }
             _ => return,
         };
         if self.followed.contains(&i.operands[0]) {
             self.known.insert(i.operands[1], bits);
         }
+    }
+
+    /// A part of a composite constant, where it is known.
+    fn part(&self, composite: u32, index: u32) -> Option<u32> {
+        self.known.get(self.parts.get(&composite)?.get(index as usize)?).copied()
     }
 
     /// Value of the operation `code` with this result type.
@@ -125,7 +136,13 @@ fn make_plain(
         }
         op::SPEC_CONSTANT_OP => {
             let (kind, id) = (i.operands[0], i.operands[1]);
-            let Some(bits) = facts.evaluate(kind, i.operands[2], &i.operands[3..]) else { return Some(false) };
+            let bits = match i.operands[2..] {
+                // Of the size of a group, for one.
+                [op::COMPOSITE_EXTRACT, composite, index] => facts.part(composite, index),
+                [code, ..] => facts.evaluate(kind, code, &i.operands[3..]),
+                [] => None,
+            };
+            let Some(bits) = bits else { return Some(false) };
             *i = if facts.bools.contains(&kind) {
                 Instruction::new(bool_constant(bits), vec![kind, id])
             } else {

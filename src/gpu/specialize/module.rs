@@ -37,6 +37,7 @@ pub mod op {
     pub const STORE: u32 = 62;
     pub const DECORATE: u32 = 71;
     pub const MEMBER_DECORATE: u32 = 72;
+    pub const COMPOSITE_EXTRACT: u32 = 81;
     pub const COPY_OBJECT: u32 = 83;
     pub const BITCAST: u32 = 124;
     pub const S_NEGATE: u32 = 126;

@@ -67,3 +67,51 @@ fn the_stored_matrix_keeps_a_white_furnace() {
         assert!((sum[0] - 1.0).abs() < 0.015, "row {i}: {}", sum[0]);
     }
 }
+
+/// R13: a scene a thousand times smaller or larger, or far from the origin, has the same shares of light; R15: one that is turned has the same within
+/// the patches' own error.
+#[test]
+fn r13_r15_size_place_and_turn_do_not_matter() {
+    let scene = builtin::load("cornell").expect("a built-in scene");
+    let settings = Settings { patches: PatchRule::Count(150), ..Settings::default() };
+    let sums = |matrix: glam::DMat4| -> (usize, f64, f64) {
+        let mut moved = scene.clone();
+        moved.instances.iter_mut().for_each(|instance| instance.object_to_world = matrix * instance.object_to_world);
+        let found = Exchange::of_scene(&moved, settings.patches, 1).expect("an exchange");
+        let patches = &found.patches.list;
+        let sent: Vec<[f32; 3]> =
+            patches.iter().map(|patch| (patch.reflectance * patch.area).as_vec3().to_array()).collect();
+        let gathered = found.exact.product(&sent, 8);
+        let area: f64 = patches.iter().map(|patch| patch.area).sum();
+        let mean = gathered.iter().zip(patches).map(|(e, patch)| f64::from(e[1]) * patch.area).sum::<f64>() / area;
+        (patches.len(), mean, found.spectrum.largest)
+    };
+    let (count, mean, largest) = sums(glam::DMat4::IDENTITY);
+    for scale in [1e-3, 1e3] {
+        let (other, found, bound) = sums(glam::DMat4::from_scale(DVec3::splat(scale)));
+        assert!(other.abs_diff(count) <= count / 20, "{scale}: {other} patches instead of {count}");
+        assert!((found / mean - 1.0).abs() < 0.01 && (bound - largest).abs() < 0.01, "{scale}: {found} {mean}");
+    }
+    let (_, found, bound) = sums(glam::DMat4::from_translation(DVec3::new(1e4, -1e4, 1e4)));
+    assert!((found / mean - 1.0).abs() < 0.01 && (bound - largest).abs() < 0.01, "moved: {found} {mean}");
+    for (axis, degrees) in [(DVec3::Y, 15.0), (DVec3::Y, 45.0), (DVec3::ONE.normalize(), 60.0)] {
+        let (_, found, bound) = sums(glam::DMat4::from_axis_angle(axis, f64::to_radians(degrees)));
+        assert!((found / mean - 1.0).abs() < 0.02 && (bound - largest).abs() < 0.02, "{degrees}: {found} {mean}");
+    }
+}
+
+/// R12: one patch, two, a few: every codec encodes them, and nothing is not a number.
+#[test]
+fn r12_few_patches_are_no_special_case() {
+    for count in [1, 3, 6] {
+        let exchange = Exchange::of_scene(&builtin::load("furnace").expect("a scene"), PatchRule::Count(count), 1);
+        let exchange = exchange.expect("an exchange");
+        for codec in CodecName::ALL {
+            let bake = Bake::new(exchange.clone(), Settings::of_codec(codec)).expect("a bake");
+            let n = bake.patches.list.len();
+            let light = bake.operator.product(&vec![[1.0; 3]; n], 4);
+            assert_eq!(light.len(), n, "{}", codec.name());
+            assert!(light.iter().flatten().all(|e| e.is_finite() && *e >= 0.0), "{}: {light:?}", codec.name());
+        }
+    }
+}

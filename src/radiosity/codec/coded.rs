@@ -1,6 +1,6 @@
 //! Codecs of a coloured operator: three n x n matrices of couplings in a byte or less an element, decoded alike on the CPU and in compute shaders.
 //!
-//! Every codec here has 4 x 4 blocks of 8-bit logarithmic codes ([`block`]), tables that turn codes into f32 ([`logarithm`]) and a few elements apart
+//! Every codec here has 4 x 4 blocks of 8-bit logarithmic codes ([`block`]), tables that turn codes into f32 ([`super::logarithm`]) and a few elements apart
 //! ([`sparse`]) that are added. Tables are computed once in f64 and rounded, so that whoever reads them gets the same bits.
 //!
 //! A product is a fixed sum in f32, nothing fused, as threads for four rows add it: thread k of `lanes` takes what blocks k, k + lanes and so on decode

@@ -29,6 +29,11 @@ impl Logarithm {
     /// The scale that a channel's own values ask for: code 255 is about the largest but `spare` of them, code 1 about the value under which all others
     /// together are [`LOST`] of the sum, but [`FEWEST`] to [`MOST`] nats below code 255.
     pub fn of(values: &[f32], spare: usize) -> Self {
+        Self::with_loss(values, spare, LOST)
+    }
+
+    /// The same with another share of the sum that may lie below code 1.
+    pub fn with_loss(values: &[f32], spare: usize, lost: f64) -> Self {
         // Positive f32 ascend as their bits do: bins of sign, exponent and 7 bits of mantissa, under 1 % wide.
         let mut bins = vec![(0u64, 0.0f64); 1 << 15];
         for value in values.iter().filter(|value| **value > 0.0) {
@@ -37,7 +42,7 @@ impl Logarithm {
         }
         let edge = |bin: usize| f64::from(f32::from_bits((bin as u32) << 16));
         let (mut above, mut below) = (0, 0.0);
-        let lost = LOST * bins.iter().map(|bin| bin.1).sum::<f64>();
+        let lost = lost * bins.iter().map(|bin| bin.1).sum::<f64>();
         let is_top = |(_, bin): &(usize, &(u64, f64))| {
             above += bin.0;
             above > spare as u64

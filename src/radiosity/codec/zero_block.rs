@@ -10,10 +10,13 @@
 use exr::prelude::f16;
 use rayon::prelude::*;
 
+use super::logarithm::Logarithm;
 use super::{BLOCK, tree_sum};
 
-/// Natural logarithm of the largest value over the smallest that is told from 0.
-const RANGE: f64 = 12.0;
+/// Of the elements that may have a residual, which share may lie beyond the top of the scale: those few would cost all others their steps.
+const BEYOND: f64 = 0.1;
+/// Of the sum of all elements, what may lie below the least that is told from 0: the total is kept by scaling.
+const LOST: f64 = 3e-3;
 /// Values of a code.
 const CODES: usize = 256;
 /// Levels that are not 0.
@@ -52,10 +55,11 @@ impl ZeroBlock {
     pub fn encode(elements: &[f32], weights: &[f64], extract: f64) -> Self {
         let count = weights.len();
         let side = count.div_ceil(BLOCK);
-        let largest = elements.iter().copied().filter(|x| x.is_finite()).fold(0f32, f32::max);
-        let tables = tables(largest);
+        let spare = ((count * count) as f64 * extract.clamp(0.0, 1.0) * BEYOND) as usize;
+        let scale = Logarithm::with_loss(elements, spare, LOST);
+        let tables = tables(&scale);
         let at = |i: usize, j: usize| if i < count && j < count { elements[i * count + j].max(0.0) } else { 0.0 };
-        let least = f64::from(largest) * (-RANGE - 0.5 * RANGE / CODES as f64).exp();
+        let least = f64::from(tables[0][0]) * (-0.5 * scale.step).exp();
         // Right of the diagonal; the other half is the same turned over.
         let upper: Vec<Vec<(u16, u64)>> = (0..side)
             .into_par_iter()
@@ -63,7 +67,7 @@ impl ZeroBlock {
                 let blocks = (row..side).filter_map(|column| {
                     let values =
                         std::array::from_fn(|k| f64::from(at(row * BLOCK + k / BLOCK, column * BLOCK + k % BLOCK)));
-                    let block = encode_block(&values, least, &tables);
+                    let block = encode_block(&values, least, &tables, scale.step);
                     (block >> 16 != 0).then_some((column as u16, block))
                 });
                 blocks.collect()
@@ -277,26 +281,25 @@ fn turned(block: u64) -> u64 {
     })
 }
 
-/// Ends by their code, from the smallest to `largest`; steps by theirs: seven levels reach from one end to any other.
-fn tables(largest: f32) -> [Vec<f32>; 2] {
-    let top = f64::from(largest.max(f32::MIN_POSITIVE));
-    let per_code = RANGE / (CODES - 1) as f64;
-    let ends = (0..CODES).map(|code| (top * (code as f64 * per_code - RANGE).exp()) as f32).collect();
-    let steps = (0..CODES).map(|code| (code as f64 * per_code / f64::from(LEVELS - 1)).exp() as f32).collect();
-    [ends, steps]
+/// Ends by their code, up to the top of the scale; steps by theirs: seven levels reach from one end to any other.
+fn tables(scale: &Logarithm) -> [Vec<f32>; 2] {
+    let top = scale.top.max(f64::from(f32::MIN_POSITIVE));
+    let end = |code: usize| (top * ((code as f64 - (CODES - 1) as f64) * scale.step).exp()) as f32;
+    let step = |code: usize| (code as f64 * scale.step / f64::from(LEVELS - 1)).exp() as f32;
+    [(0..CODES).map(end).collect(), (0..CODES).map(step).collect()]
 }
 
 /// A block whose squared error no move of an end makes smaller.
-fn encode_block(values: &[f64; BLOCK * BLOCK], least: f64, tables: &[Vec<f32>; 2]) -> u64 {
+fn encode_block(values: &[f64; BLOCK * BLOCK], least: f64, tables: &[Vec<f32>; 2], per_code: f64) -> u64 {
     let held = values.iter().copied().filter(|x| *x >= least);
     let (low, high) = held.fold((f64::INFINITY, 0.0), |(a, b), x| (f64::min(a, x), f64::max(b, x)));
     if high == 0.0 {
         return 0;
     }
     let code = |x: f64| {
-        let per_code = RANGE / (CODES - 1) as f64;
+        let last = (CODES - 1) as f64;
         let top = f64::from(tables[0][CODES - 1]);
-        (((x / top).ln() + RANGE) / per_code).round().clamp(0.0, (CODES - 1) as f64) as i32
+        ((x / top).ln() / per_code + last).round().clamp(0.0, last) as i32
     };
     let mut best = (code(low), code(high) - code(low));
     let (mut error, mut block) = fitted(values, best, tables);

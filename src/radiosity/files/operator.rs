@@ -200,7 +200,7 @@ pub fn load(arrays: &Arrays, codec: CodecName, n: usize, scale: f32) -> Result<O
         }
         _ => None,
     };
-    Ok(Operator::Summed(Summed { code, orders, scales }))
+    Ok(Operator::Summed(Box::new(Summed { code, orders, scales })))
 }
 
 fn thesis(arrays: &Arrays, n: usize) -> Result<Thesis> {
