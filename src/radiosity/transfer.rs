@@ -75,8 +75,16 @@ impl Transfer {
         let cell_of = |p: DVec3| ((p - origin) / cell).floor().to_array().map(|x| x as i32);
         let mut places: BTreeMap<[i32; 3], Vec<Place>> = BTreeMap::new();
         for (index, patch) in patches.list.iter().enumerate() {
+            let mut held: BTreeSet<[i32; 3]> = BTreeSet::new();
             for place in places_of(patch, index as u32) {
+                held.insert(cell_of(place.at));
                 places.entry(cell_of(place.at)).or_default().push(place);
+            }
+            // Cells that the patch lies in without any of those.
+            for place in more_places(patch, index as u32, cell) {
+                if held.insert(cell_of(place.at)) {
+                    places.entry(cell_of(place.at)).or_default().push(place);
+                }
             }
         }
         // Surfaces reach into cells beside those of their places.
@@ -224,6 +232,21 @@ fn places_of(patch: &Patch, index: u32) -> impl Iterator<Item = Place> {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
         let towards = |p: DVec3| Place { at: middle.lerp(p, 0.9), normal, patch: index };
         [towards(middle), towards(t[0]), towards(t[1]), towards(t[2])]
+    })
+}
+
+/// Places all over a patch, less than half a cell apart.
+fn more_places(patch: &Patch, index: u32, cell: f64) -> impl Iterator<Item = Place> {
+    patch.triangles.iter().flat_map(move |t| {
+        let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        let middle = (t[0] + t[1] + t[2]) / 3.0;
+        let longest = t[0].distance(t[1]).max(t[1].distance(t[2])).max(t[2].distance(t[0]));
+        let steps = (longest / (0.45 * cell)).ceil().clamp(1.0, 16.0) as u32;
+        (0..=steps).flat_map(move |i| (0..=steps - i).map(move |j| (i, j))).map(move |(i, j)| {
+            let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(steps));
+            let at = t[0] * (1.0 - u - v) + t[1] * u + t[2] * v;
+            Place { at: middle.lerp(at, 0.98), normal, patch: index }
+        })
     })
 }
 
