@@ -29,18 +29,6 @@ uint bounced_list(uint record, uint side, vec3 place) {
     return list;
 }
 
-// Axis that a normal is nearest to: +x, -x, +y, -y, +z, -z.
-uint bounced_side(vec3 normal) {
-    vec3 size = abs(normal);
-    if (size.x >= size.y && size.x >= size.z) {
-        return normal.x < 0.0 ? 1u : 0u;
-    }
-    if (size.y >= size.z) {
-        return normal.y < 0.0 ? 3u : 2u;
-    }
-    return normal.z < 0.0 ? 5u : 4u;
-}
-
 // Lux by channel.
 vec3 bounced_irradiance(vec3 position, vec3 normal) {
     vec4 x = texelFetch(bounced_places, 0);
@@ -55,7 +43,7 @@ vec3 bounced_irradiance(vec3 position, vec3 normal) {
     if (record == 0u) {
         return vec3(0.0);
     }
-    uint list = bounced_list(record, bounced_side(looks), place);
+    uint list = bounced_list(record, axis_side(looks), place);
     uint count = bounced_word(list);
     precise vec3 sum = vec3(0.0);
     precise float weights = 0.0;

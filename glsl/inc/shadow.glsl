@@ -38,9 +38,8 @@ float shadow_row(uint at, vec3 position) {
     return product;
 }
 
-// Side of the cube that a position lies behind: +x, -x, +y, -y, +z, -z.
-uint cube_side(uint shadow, vec3 position) {
-    vec3 p = vec3(shadow_row(shadow + 1u, position), shadow_row(shadow + 2u, position), shadow_row(shadow + 3u, position));
+// Axis that a vector is nearest to: +x, -x, +y, -y, +z, -z.
+uint axis_side(vec3 p) {
     vec3 size = abs(p);
     if (size.x >= size.y && size.x >= size.z) {
         return p.x < 0.0 ? 1u : 0u;
@@ -49,6 +48,11 @@ uint cube_side(uint shadow, vec3 position) {
         return p.y < 0.0 ? 3u : 2u;
     }
     return p.z < 0.0 ? 5u : 4u;
+}
+
+// Side of the cube that a position lies behind.
+uint cube_side(uint shadow, vec3 position) {
+    return axis_side(vec3(shadow_row(shadow + 1u, position), shadow_row(shadow + 2u, position), shadow_row(shadow + 3u, position)));
 }
 
 // The first map, which is the finest, that holds the position and all texels that it is compared with.

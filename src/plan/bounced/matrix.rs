@@ -107,7 +107,7 @@ impl Matrix {
             Operator::Summed(summed) => product(summed, sampled),
         };
         matrix.path = match path {
-            // Nowhere slower, and on lavapipe quicker by a seventh.
+            // On lavapipe quicker than a storage buffer by an eighth (docs/RADIOSITY.md), elsewhere not measured.
             MatrixPath::Auto if matrix.words.len() as u64 <= limits.max_texel_elements => shared::PATH_TEXEL,
             MatrixPath::Auto | MatrixPath::Buffer => shared::PATH_BUFFER,
             MatrixPath::Texel => shared::PATH_TEXEL,
