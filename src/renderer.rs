@@ -25,6 +25,7 @@ use crate::plan::profile::Profile;
 use crate::plan::{Limits, Plan};
 use crate::profile_file;
 use crate::record::Recorder;
+use crate::record::upload::Uploader;
 use crate::scene::Scene;
 use crate::submit::Queue;
 
@@ -113,6 +114,10 @@ impl Renderer {
         let start = Instant::now();
         upload::scene(&self.device, &mut queue, &realized, &frame, scene, plan)?;
         let upload_ms = start.elapsed().as_secs_f64() * 1e3;
+        let uploader = match plan.lights_move {
+            true => Some(Uploader::with_room(&self.device, upload::largest_of_lights(&frame))?),
+            false => None,
+        };
         Ok(Prepared {
             pipelines_ms: realized.pipeline_ms,
             upload_ms,
@@ -126,6 +131,8 @@ impl Renderer {
             progress: Progress::default(),
             violations: Vec::new(),
             drawn: false,
+            once_done: false,
+            uploader,
             finished: false,
             once_ms: 0.0,
         })
@@ -177,6 +184,10 @@ pub struct Prepared {
     progress: Progress,
     violations: Vec<Violation>,
     drawn: bool,
+    /// What is drawn once has been, since lights moved last.
+    once_done: bool,
+    /// Where lights move.
+    uploader: Option<Uploader>,
     finished: bool,
     /// Milliseconds of making pipelines.
     pub pipelines_ms: f64,
@@ -198,6 +209,28 @@ impl Prepared {
         self.barriers.retain(|b| graph.nodes[b.before].name != node || graph.name_of(b.resource) != resource);
     }
 
+    /// Lights as a plan of the same picture has them ([`Plan::relit`]): their data is uploaded, and what is drawn once while nothing moves is drawn
+    /// again before the next frame. Nothing is read back, allocated or compiled; frames in flight have ended.
+    ///
+    /// # Errors
+    /// A plan that needs more than was prepared, or other passes, by name; then nothing has changed.
+    pub fn relight(&mut self, plan: &Plan) -> Result<()> {
+        self.relight_frame(plan, passes::frame(plan))
+    }
+
+    /// As [`relight`](Self::relight) for any frame made of the plan.
+    pub fn relight_frame(&mut self, plan: &Plan, mut frame: Frame) -> Result<()> {
+        let Some(uploader) = &mut self.uploader else {
+            return Err(Error::new("lights of this picture do not move: it was not planned so"));
+        };
+        let refused = |why: String| Error::new(format!("the picture has to be prepared anew for these lights: {why}"));
+        frame.graph.take_sizes_of(&self.frame.graph).map_err(refused)?;
+        upload::lights(uploader, &mut self.queue, &self.realized, &frame, plan)?;
+        self.frame = frame;
+        self.once_done = false;
+        Ok(())
+    }
+
     /// Draws `count` frames with two in flight and times them.
     ///
     /// # Errors
@@ -206,11 +239,13 @@ impl Prepared {
         if self.finished {
             return Err(Error::new("the frame's images have been freed: nothing can be drawn any more"));
         }
-        let Self { queue, realized, frame, barriers, device, log, progress, violations, drawn, once_ms, .. } = self;
+        let Self {
+            queue, realized, frame, barriers, device, log, progress, violations, drawn, once_done, once_ms, ..
+        } = self;
         violations.extend(checker::check_from(&frame.graph, log, progress));
         log.clear();
         let once = frame.graph.once_nodes;
-        if !*drawn && count > 0 && once > 0 {
+        if !*once_done && count > 0 && once > 0 {
             let start = Instant::now();
             let value = queue.submit(|commands, timer| {
                 let mut recorder = Recorder { device, commands, timer, log: Some(std::mem::take(log)) };
@@ -222,6 +257,8 @@ impl Prepared {
             let wall = start.elapsed().as_secs_f64() * 1e3;
             let timed = queue.timings(value)?.node_ms;
             *once_ms = if timed.is_empty() { wall } else { timed.iter().sum() };
+            *once_done = true;
+            log.push(Event::HostWait);
         }
         let nodes = frame.graph.frame_range();
         let mut recorded = 0;

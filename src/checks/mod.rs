@@ -127,6 +127,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("radiosity_leaks", radiosity::radiosity_leaks),
     ("radiosity_agreement", radiosity::radiosity_agreement),
     ("radiosity_path", radiosity::radiosity_path),
+    ("radiosity_moving", radiosity::radiosity_moving),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

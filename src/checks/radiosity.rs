@@ -1,5 +1,7 @@
 //! Bounced light on the device: against its twin bit for bit, against paths, in rooms whose answer is known, and behind walls.
 
+mod moving;
+
 use std::sync::Arc;
 
 use super::Row;
@@ -19,6 +21,8 @@ use crate::scene::shading::Shading;
 use crate::scene::view::View;
 use crate::scene::{Light, LightKind, Scene, builtin};
 use glam::DVec3;
+
+pub use moving::radiosity_moving;
 
 /// Not a multiple of any tile size.
 const SIZE: (u32, u32) = (60, 45);

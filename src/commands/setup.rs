@@ -212,6 +212,7 @@ pub fn request(shared: &Shared) -> Result<Request> {
         msaa: shared.effects.msaa,
         shadows: shared.effects.shadows,
         shadow_size: shared.effects.shadow_size,
+        lights_move: false,
         shadow_update: match shared.effects.shadow_update {
             ShadowUpdateArg::Once => ShadowUpdate::Once,
             ShadowUpdateArg::Frame => ShadowUpdate::Frame,

@@ -33,6 +33,11 @@ pub struct Device {
 }
 
 impl Device {
+    /// Allocations and pipelines made so far: what a frame must not add to.
+    pub fn objects_made(&self) -> u64 {
+        self.accounts.lock().map(|accounts| accounts.made).unwrap_or_default()
+    }
+
     /// Opens the device that `options` chooses.
     ///
     /// # Errors

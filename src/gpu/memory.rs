@@ -20,6 +20,8 @@ pub struct Accounts {
     pub total: u64,
     /// Largest `total` so far.
     pub peak: u64,
+    /// Allocations and pipelines made so far.
+    pub made: u64,
     /// `live` as it was when `total` was within 1 % of its peak.
     pub at_peak: BTreeMap<String, u64>,
     snapshot: u64,
@@ -29,6 +31,7 @@ impl Accounts {
     fn add(&mut self, name: &str, bytes: u64) {
         *self.live.entry(name.to_string()).or_default() += bytes;
         self.total += bytes;
+        self.made += 1;
         self.peak = self.peak.max(self.total);
         // Not at every step: many small resources would be copied over and over.
         if self.total as f64 > self.snapshot as f64 * 1.01 {

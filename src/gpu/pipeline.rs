@@ -122,6 +122,9 @@ impl Drop for Modules<'_> {
 impl Pipeline {
     /// Layouts first, then the pipeline in place.
     fn with_layouts(device: &Arc<Device>, program: &'static Program, modules: &Modules) -> Result<Self> {
+        if let Ok(mut accounts) = device.accounts.lock() {
+            accounts.made += 1;
+        }
         let mut pipeline = Self {
             raw: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),

@@ -86,6 +86,11 @@ impl Past {
         visible || (reads.is_empty() && self.seen)
     }
 
+    /// The host has waited for it before anything that comes now was submitted.
+    fn has_ended(&self) -> bool {
+        self.reached == PipelineStageFlags2::from_raw(u64::MAX)
+    }
+
     fn ordered_before(&self, stages: PipelineStageFlags2) -> bool {
         self.reached.contains(stages)
     }
@@ -221,7 +226,7 @@ impl Checker<'_> {
             self.report(barrier.resource, Problem::WrongLayout(current, old), None, second.clone());
         }
         for p in past {
-            if !p.in_first_scope(barrier.src_stages) {
+            if !p.has_ended() && !p.in_first_scope(barrier.src_stages) {
                 self.report(barrier.resource, Problem::NotOrdered, Some(p.label), second.clone());
             } else if !p.writes.is_empty() && !p.available {
                 self.report(barrier.resource, Problem::NotAvailable, Some(p.label), second.clone());

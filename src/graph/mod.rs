@@ -14,6 +14,7 @@ pub mod log;
 pub mod program;
 mod prune;
 mod render;
+mod shape;
 
 pub use access::Access;
 use program::Program;

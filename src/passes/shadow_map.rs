@@ -29,7 +29,7 @@ const ROUNDING_STEPS: i32 = 8;
 pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
     let Some(shadows) = &plan.shadows else { return };
     let atlas = graph.image("shadow_atlas", DEPTH_FORMAT, shadows.atlas, Lifetime::Transient);
-    let maps = graph.buffer("shadow_maps", shadows.texels().len() as u64 * 16, Lifetime::Static);
+    let maps = graph.buffer("shadow_maps", shadows.texel_bytes(), Lifetime::Static);
     let (variants, draws) = draws(plan, shadows);
     let any_masked = variants.iter().any(|v| v.masked);
     let bindings = if any_masked {
@@ -63,13 +63,19 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
 fn draws(plan: &Plan, shadows: &Shadows) -> (Vec<Variant>, Vec<Draw>) {
     let mut pipelines = BTreeMap::new();
     let mut draws = Vec::new();
+    if shadows.holds_places() {
+        // Whatever comes to stand in the light has its pipeline.
+        for planned in &plan.geometry.draws {
+            let next = pipelines.len();
+            pipelines.entry(of_caster(planned.variant)).or_insert(next);
+        }
+    }
     for map in &shadows.maps {
         let view = DrawView { area: map.area, to_clip: map.view_to_map.as_mat4().to_cols_array_2d() };
         for caster in &map.draws {
             let planned = &plan.geometry.draws[caster.draw];
-            let variant = if planned.variant.masked { seen_by_light(planned.variant) } else { Variant::default() };
             let next = pipelines.len();
-            let pipeline = *pipelines.entry(variant).or_insert(next);
+            let pipeline = *pipelines.entry(of_caster(planned.variant)).or_insert(next);
             draws.push(Draw {
                 instance_offset: caster.instance_offset,
                 instance_count: caster.instance_count,
@@ -82,6 +88,10 @@ fn draws(plan: &Plan, shadows: &Shadows) -> (Vec<Variant>, Vec<Draw>) {
     let mut variants: Vec<(Variant, usize)> = pipelines.into_iter().collect();
     variants.sort_by_key(|(_, index)| *index);
     (variants.into_iter().map(|(variant, _)| variant).collect(), draws)
+}
+
+fn of_caster(variant: Variant) -> Variant {
+    if variant.masked { seen_by_light(variant) } else { Variant::default() }
 }
 
 /// What decides whether a masked fragment exists: parallax is for the eye.

@@ -199,9 +199,9 @@ fn places(bake: &Bake, view: &View) -> Vec<[f32; 4]> {
 }
 
 /// The effect with its decision.
-pub(super) fn effect(plan: &Plan, why: &str) -> Effect {
+pub(super) fn effect(plan: &Plan) -> Effect {
     let bytes = plan.bounced.as_ref().map_or(0, Bounced::bytes);
-    Effect::new("radiosity", plan.bounced.is_some(), why.into(), bytes)
+    Effect::new("radiosity", plan.bounced.is_some(), plan.bounced_why.clone(), bytes)
 }
 
 const _: () = assert!(POINTS == shared::PATCH_POINTS);

@@ -65,12 +65,7 @@ pub fn estimate(plan: &mut Plan, scene: &Scene, tile: u32, profile: &Profile) {
     }
 }
 
-pub(super) fn decide(
-    plan: &Plan,
-    scene: &Scene,
-    request: &Request,
-    (shadowed, bounced): (&Selection, &str),
-) -> Vec<Effect> {
+pub(super) fn decide(plan: &Plan, scene: &Scene, request: &Request, shadowed: &Selection) -> Vec<Effect> {
     let on_device = plan.technique != Technique::Reference;
     vec![
         prepass(plan, request),
@@ -87,7 +82,7 @@ pub(super) fn decide(
         samples::effect(plan, request),
         transparency::effect(plan, scene),
         shadows::effect(plan, shadowed, request),
-        bounced::effect(plan, bounced),
+        bounced::effect(plan),
     ]
 }
 

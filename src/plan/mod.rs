@@ -89,10 +89,14 @@ pub struct Plan {
     pub transparency: Option<Transparency>,
     /// When shadow maps are drawn and bounced light is gathered.
     pub shadow_update: ShadowUpdate,
+    /// There is room for lights that move ([`Plan::relit`]).
+    pub lights_move: bool,
     /// Bounced light, as it was asked for.
     pub gi: Gi,
     /// Bounced light that is gathered; `None` where none is.
     pub bounced: Option<Bounced>,
+    /// How it is gathered, or why none is.
+    pub bounced_why: String,
     /// Spheres that show where lights are; empty where they are not wanted.
     pub markers: Vec<LightMarker>,
     /// Draws, and where meshes lie in the shared buffers.
@@ -117,8 +121,22 @@ impl Plan {
     pub fn new(scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
         match request.technique {
             Technique::Auto => Self::cheapest(scene, request, limits),
-            _ => Self::of_technique(scene, request, limits, "asked for".into()),
+            _ => Self::of_technique(scene, request, limits, ("asked for".into(), None)),
         }
+    }
+
+    /// The same picture with other lights in `scene`, as the request has them move ([`Request::lights_move`]): surfaces, materials and what was baked
+    /// are taken over, all that hangs on lights is planned anew.
+    ///
+    /// # Errors
+    /// As [`Plan::new`]; a request under which lights do not move.
+    pub fn relit(self, scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
+        if !request.lights_move {
+            return Err(Error::usage("lights of this picture do not move"));
+        }
+        let request = Request { technique: self.technique, ..request.clone() };
+        let why = self.technique_why.clone();
+        Self::of_technique(scene, &request, limits, (why, Some(self)))
     }
 
     /// The cheapest technique that the limits allow, by the model of `plan/cost.rs`.
@@ -126,7 +144,7 @@ impl Plan {
         check_size(request, limits)?;
         let camera = request.camera(scene, &mut Vec::new())?;
         let view = View::new(&camera, request.width, request.height)?;
-        let lighting = Lighting::new(scene, &request.rules)?;
+        let lighting = Lighting::new(scene, &request.light_rules())?;
         let load = cost::Load::new(scene, &lighting, &view, request.tile);
         let profile = limits.profile.clone().unwrap_or_default();
         let ranked = cost::ranked(&profile, &load, request, limits);
@@ -137,7 +155,7 @@ impl Plan {
         for &&(technique, _) in having.iter().chain(&lacking) {
             let why = cost::why(&profile, &ranked, technique);
             let asked = Request { technique, ..request.clone() };
-            match Self::of_technique(scene, &asked, limits, why) {
+            match Self::of_technique(scene, &asked, limits, (why, None)) {
                 Ok(plan) => return Ok(plan),
                 Err(error) => refused = refused.or(Some(error)),
             }
@@ -145,7 +163,13 @@ impl Plan {
         Err(refused.unwrap_or_else(|| Error::new("no technique fits this device")))
     }
 
-    fn of_technique(scene: &Scene, request: &Request, limits: &Limits, technique_why: String) -> Result<Self> {
+    /// `kept` is a plan of the same picture, under other lights.
+    fn of_technique(
+        scene: &Scene,
+        request: &Request,
+        limits: &Limits,
+        (technique_why, kept): (String, Option<Self>),
+    ) -> Result<Self> {
         check_size(request, limits)?;
         let (name, traced) = (request.technique.name(), request.technique == Technique::Reference);
         if matches!(request.gi, Gi::Path { .. }) && !traced {
@@ -159,20 +183,26 @@ impl Plan {
         let mut notes = Vec::new();
         let camera = request.camera(scene, &mut notes)?;
         let view = View::new(&camera, request.width, request.height)?;
-        let mut lighting = Lighting::new(scene, &request.rules)?;
+        let mut lighting = Lighting::new(scene, &request.light_rules())?;
         note_lighting(&lighting, &mut notes);
         let extent = extent(scene, &view);
         let shadowed = shadows::select(&mut lighting, scene, request, &view, extent);
         let technique = request.technique;
         let samples = samples::decide(request, limits, &mut notes)?;
-        let materials = materials::Materials::new(scene, request.shading, limits)?;
-        let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
+        let (materials, geometry, gathered) = match kept {
+            Some(kept) => (kept.materials, kept.geometry, Some((kept.bounced, kept.bounced_why))),
+            None => {
+                let materials = materials::Materials::new(scene, request.shading, limits)?;
+                let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
+                (materials, geometry, None)
+            }
+        };
         let inputs = shadows::Inputs { scene, view: &view, geometry: &geometry, request, limits, extent };
         let shadows = Shadows::new(&inputs, &mut lighting, &shadowed, &mut notes)?;
         // Samples that one invocation may shade.
         let each = if technique.is_deferred() { samples.max(4) } else { 1 };
         let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(each, limits))?;
-        let (bounced, bounced_why) = Bounced::new(request, &view, limits)?;
+        let (bounced, bounced_why) = gathered.map_or_else(|| Bounced::new(request, &view, limits), Ok)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.
@@ -207,8 +237,10 @@ impl Plan {
             shadows,
             transparency: None,
             shadow_update: request.shadow_update,
+            lights_move: request.lights_move,
             gi: request.gi,
             bounced,
+            bounced_why,
             markers,
             geometry,
             materials,
@@ -223,7 +255,7 @@ impl Plan {
         samples::check(&plan, request, limits)?;
         plan.transparency = Transparency::new(&mut plan, request, extent, limits)?;
         plan.debug_view.map_or(Ok(()), |view| view.check(&plan))?;
-        plan.effects = effects::decide(&plan, scene, request, (&shadowed, &bounced_why));
+        plan.effects = effects::decide(&plan, scene, request, &shadowed);
         overrides::say(&mut plan.effects, request, &mut plan.notes);
         Ok(plan)
     }

@@ -133,6 +133,8 @@ pub struct Request {
     pub shadow_size: u32,
     /// When maps are drawn.
     pub shadow_update: ShadowUpdate,
+    /// Lights will turn, or be switched ([`Plan::relit`](super::Plan::relit)): there is room for what any of that needs.
+    pub lights_move: bool,
     /// Texels that the edge of a shadow is spread over, 0 to 8.
     pub shadow_filter: u32,
     /// Effects that were forced or forbidden (`plan/overrides.rs`).
@@ -182,6 +184,7 @@ impl Default for Request {
             shadows: None,
             shadow_size: super::shadows::DEFAULT_SIZE,
             shadow_update: ShadowUpdate::Once,
+            lights_move: false,
             shadow_filter: super::shadows::DEFAULT_FILTER,
             overrides: Vec::new(),
             strict: false,
@@ -226,6 +229,11 @@ impl Request {
                 camera
             })),
         }
+    }
+
+    /// The rules of light, under which lights that are off stay where lights move.
+    pub fn light_rules(&self) -> LightRules {
+        LightRules { keep_absent: self.rules.keep_absent || self.lights_move, ..self.rules.clone() }
     }
 
     /// The fetch that matters: none does for the reference.

@@ -65,6 +65,8 @@ pub struct Shadows {
     pub kinds: u32,
     /// Metres that a position may be off its surface: everywhere, and at a distance of 1 m.
     slack: [f32; 2],
+    /// Lights may move: room for all maps that each can have, whatever they show now.
+    reserved: Option<u32>,
     directional: u32,
     first_local: u32,
     why: String,
@@ -111,6 +113,7 @@ impl Shadows {
             atlas: [0; 2],
             kinds: 0,
             slack: position_slack(view, world.farthest, limits),
+            reserved: request.lights_move.then(|| shadowed(lighting).map(|(_, light)| maps::most_maps(light)).sum()),
             directional: 0,
             first_local: lighting.lights.iter().filter(|l| l.kind == LightKind::Directional).count() as u32,
             why: selection.why.clone(),
@@ -118,10 +121,10 @@ impl Shadows {
         let boxes = casters::Boxes::new(inputs.scene, inputs.geometry);
         planned.add_maps(lighting, &world, margin, &boxes);
         // Margins of smaller maps are wider, so that there may be more to draw: until as many as there are fit.
-        while !fits(planned.drawn(), planned.size, limits) {
+        while !fits(planned.places(), planned.size, limits) {
             planned.size /= 2;
             if planned.size < LEAST_SIZE {
-                let count = planned.drawn();
+                let count = planned.places();
                 return Err(Error::new(format!(
                     "{count} shadow maps do not fit into this device's largest image; --shadows N chooses fewer lights"
                 )));
@@ -129,7 +132,7 @@ impl Shadows {
             planned.add_maps(lighting, &world, margin, &boxes);
         }
         if planned.size != request.shadow_size {
-            let (asked, size, count) = (request.shadow_size, planned.size, planned.drawn());
+            let (asked, size, count) = (request.shadow_size, planned.size, planned.places());
             if request.strict {
                 return Err(Error::new(format!(
                     "--shadow-size {asked}: {count} maps do not fit into this device's largest image, or into 1 GiB"
@@ -139,10 +142,14 @@ impl Shadows {
                 "shadow maps have {size} columns and rows instead of {asked}: {count} of them have to fit into one image of at most 1 GiB"
             ));
         }
-        planned.leave_out_idle(lighting);
+        if planned.reserved.is_none() {
+            planned.leave_out_idle(lighting);
+        } else {
+            planned.count(lighting);
+        }
         planned.place(limits);
-        let texels = planned.texels().len() as u64;
-        match (planned.drawn(), texels > limits.max_texel_elements) {
+        let texels = planned.most_texels();
+        match (planned.places(), texels > limits.max_texel_elements) {
             (0, _) => Ok(None),
             (_, false) => Ok(Some(planned)),
             (_, true) => Err(Error::new(format!(
@@ -160,7 +167,9 @@ impl Shadows {
             let first_map = self.maps.len();
             let (mut made, cube_rows) = maps::of_light(light, world, self.size, margin);
             for map in made.iter_mut().filter(|map| map.area[2] > 0) {
-                map.draws = boxes.seen_by(map, &world.world_to_view, light);
+                if light.intensity.max_element() > 0.0 {
+                    map.draws = boxes.seen_by(map, &world.world_to_view, light);
+                }
                 if map.draws.is_empty() {
                     map.area = [0; 4];
                 }
@@ -180,14 +189,31 @@ impl Shadows {
         idle.iter().for_each(|light| lighting.lights[light.light].shadow = false);
         lighting.lights.sort_by_key(|light| !light.shadow);
         let mut maps = Vec::new();
-        for (light, (index, resolved)) in kept.into_iter().zip(shadowed(lighting)) {
+        for (light, (index, _)) in kept.into_iter().zip(shadowed(lighting)) {
             let first_map = maps.len();
             maps.extend_from_slice(&self.maps[light.first_map..light.first_map + light.map_count]);
             self.lights.push(ShadowedLight { light: index, first_map, ..light });
+        }
+        self.maps = maps;
+        self.count(lighting);
+    }
+
+    /// Which kinds of lights have shadows.
+    fn count(&mut self, lighting: &Lighting) {
+        for (_, resolved) in shadowed(lighting) {
             self.kinds |= super::lights::kind_of(resolved);
             self.directional += u32::from(resolved.kind == LightKind::Directional);
         }
-        self.maps = maps;
+    }
+
+    /// Lights may move: places and pipelines are there for all that may then be drawn.
+    pub fn holds_places(&self) -> bool {
+        self.reserved.is_some()
+    }
+
+    /// Places for maps in the image.
+    fn places(&self) -> usize {
+        self.reserved.map_or_else(|| self.drawn(), |reserved| reserved as usize)
     }
 
     /// Maps that have a place in the image.
@@ -197,7 +223,7 @@ impl Shadows {
 
     /// Gives each map that is drawn its place.
     fn place(&mut self, limits: &Limits) {
-        let (count, most) = (self.drawn() as u32, (limits.max_image_dimension / self.size).max(1));
+        let (count, most) = (self.places() as u32, (limits.max_image_dimension / self.size).max(1));
         let columns = (f64::from(count).sqrt().ceil() as u32).clamp(1, most);
         let drawn = self.maps.iter_mut().filter(|map| map.area[2] > 0);
         for (place, map) in drawn.enumerate() {
@@ -222,6 +248,12 @@ impl Shadows {
         texels
     }
 
+    /// How many of these there may be.
+    pub fn most_texels(&self) -> u64 {
+        let missing = self.reserved.map_or(0, |reserved| reserved as usize - self.maps.len());
+        self.texels().len() as u64 + missing as u64 * u64::from(shared::SHADOW_MAP_TEXELS)
+    }
+
     /// Bytes of the image of all maps.
     pub fn image_bytes(&self) -> u64 {
         let [width, height] = self.atlas.map(u64::from);
@@ -230,7 +262,7 @@ impl Shadows {
 
     /// Bytes of what shading is told.
     pub fn texel_bytes(&self) -> u64 {
-        self.texels().len() as u64 * 16
+        self.most_texels() * 16
     }
 
     /// Iterations that the loops of a sample may go round in the shadows of all lights, the one in which each loop ends counted.
@@ -239,7 +271,7 @@ impl Shadows {
         let filter = if self.filter == 0 { 0 } else { side * (side + 1) + side + 1 };
         // Four runs of the table begin and end, each with groups of their own.
         let runs = 4 * 4;
-        let cascades = |light: &ShadowedLight| light.map_count.min(5) as u64;
+        let cascades = |light: &ShadowedLight| if self.reserved.is_some() { 5 } else { light.map_count.min(5) as u64 };
         self.lights.iter().map(|light| cascades(light) + filter).sum::<u64>() + runs
     }
 
@@ -328,6 +360,7 @@ pub(super) fn effect(plan: &Plan, selection: &Selection, request: &Request) -> E
         None => (false, selection.why.clone(), one_light(plan, request)),
         Some(shadows) => {
             let when = match shadows.update {
+                ShadowUpdate::Once if request.lights_move => "when lights have moved",
                 ShadowUpdate::Once => "once, for nothing moves",
                 ShadowUpdate::Frame => "in every frame",
             };

@@ -28,6 +28,16 @@ impl Uploader {
         Self { device: device.clone(), staging: None }
     }
 
+    /// With room for uploads of so many bytes from the start: those allocate nothing.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn with_room(device: &Arc<Device>, bytes: u64) -> Result<Self> {
+        let mut uploader = Self::new(device);
+        uploader.staging(bytes.min(STAGING_BYTES))?;
+        Ok(uploader)
+    }
+
     fn staging(&mut self, bytes: u64) -> Result<&mut Buffer> {
         if self.staging.as_ref().is_none_or(|s| s.bytes < bytes) {
             self.staging = None;

@@ -41,16 +41,45 @@ fn frame_constants(plan: &Plan) -> shared::Frame {
     }
 }
 
-/// What light volumes and markers are drawn from, and what stands in for codes of normals.
+/// What light volumes are drawn from, and what stands in for codes of normals.
 fn upload_shapes(
     uploader: &mut Uploader,
     queue: &mut Queue,
     realized: &Realized,
     handles: &SceneHandles,
-    plan: &Plan,
 ) -> Result<()> {
     if let Some(corners) = handles.corners {
         uploader.buffer(queue, realized.buffer(corners), cast_slice(&icosphere::corners()))?;
+    }
+    if let Some(no_normals) = handles.no_normals {
+        uploader.image(queue, realized.image(no_normals), &[(1, 1, &[0; 4])])?;
+    }
+    Ok(())
+}
+
+/// Everything that hangs on where lights are and how bright. Buffers may be larger than what is in them.
+///
+/// # Errors
+/// Out of memory, or a lost device.
+pub(super) fn lights(
+    uploader: &mut Uploader,
+    queue: &mut Queue,
+    realized: &Realized,
+    frame: &Frame,
+    plan: &Plan,
+) -> Result<()> {
+    let handles = &frame.scene;
+    uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&frame_constants(plan)))?;
+    uploader.buffer(queue, realized.buffer(handles.lights), cast_slice(&plan.lights.texels))?;
+    if let (Some(tiles), Some(tile_handles)) = (&plan.tiles, &handles.tiles) {
+        uploader.buffer(queue, realized.buffer(tile_handles.grid), bytes_of(&tiles.grid))?;
+        uploader.buffer(queue, realized.buffer(tile_handles.lights), cast_slice(&tiles.cull_data()))?;
+    }
+    if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
+        uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
+    }
+    if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
+        uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
     }
     if let (Some(handle), Some(volumes)) = (handles.light_volumes, plan.deferred.as_ref().and_then(Deferred::volumes)) {
         uploader.buffer(queue, realized.buffer(handle), cast_slice(&volumes.volumes))?;
@@ -58,10 +87,18 @@ fn upload_shapes(
     if let Some(markers) = handles.light_markers {
         uploader.buffer(queue, realized.buffer(markers), cast_slice(&plan.markers))?;
     }
-    if let Some(no_normals) = handles.no_normals {
-        uploader.image(queue, realized.image(no_normals), &[(1, 1, &[0; 4])])?;
-    }
     Ok(())
+}
+
+/// Bytes of the largest of these.
+pub(super) fn largest_of_lights(frame: &Frame) -> u64 {
+    let handles = &frame.scene;
+    let of_tiles = handles.tiles.iter().flat_map(|tiles| [tiles.grid, tiles.lights]);
+    let of_clusters = handles.clusters.iter().map(|clusters| clusters.grid);
+    let maps = handles.shadows.iter().map(|shadows| shadows.maps);
+    let shapes = handles.light_volumes.into_iter().chain(handles.light_markers);
+    let all = [handles.frame, handles.lights].into_iter().chain(of_tiles).chain(of_clusters).chain(maps).chain(shapes);
+    all.map(|buffer| frame.graph.buffer_info(buffer).bytes).max().unwrap_or(0)
 }
 
 /// Everything that the frame's passes read and none of them writes.
@@ -78,15 +115,12 @@ pub(super) fn scene(
 ) -> Result<()> {
     let mut uploader = Uploader::new(device);
     let handles = &frame.scene;
-    uploader.buffer(queue, realized.buffer(handles.frame), bytes_of(&frame_constants(plan)))?;
+    lights(&mut uploader, queue, realized, frame, plan)?;
     uploader.buffer(queue, realized.buffer(handles.instances), cast_slice(&plan.geometry.instances))?;
     uploader.buffer(queue, realized.buffer(handles.materials), cast_slice(&plan.materials.data))?;
-    uploader.buffer(queue, realized.buffer(handles.lights), cast_slice(&plan.lights.texels))?;
     uploader.buffer(queue, realized.buffer(handles.vertices), &plan.geometry.vertex_data(scene))?;
     uploader.buffer(queue, realized.buffer(handles.indices), cast_slice(&plan.geometry.index_data(scene)))?;
     if let (Some(tiles), Some(tile_handles)) = (&plan.tiles, &handles.tiles) {
-        uploader.buffer(queue, realized.buffer(tile_handles.grid), bytes_of(&tiles.grid))?;
-        uploader.buffer(queue, realized.buffer(tile_handles.lights), cast_slice(&tiles.cull_data()))?;
         uploader.buffer(queue, realized.buffer(tile_handles.edges), cast_slice(&tiles.edges))?;
         uploader.image(queue, realized.image(tile_handles.no_bounds), &[(1, 1, &[0; 16])])?;
     }
@@ -95,11 +129,7 @@ pub(super) fn scene(
         uploader.image(queue, realized.image(given.image), &[(width, height, given.bytes.as_slice())])?;
     }
     if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
-        uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
         uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
-    }
-    if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
-        uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
     }
     if let (Some(bounced), Some(of)) = (&plan.bounced, &handles.bounced) {
         uploader.buffer(queue, realized.buffer(of.places), cast_slice(&bounced.places))?;
@@ -112,7 +142,7 @@ pub(super) fn scene(
             uploader.image(queue, realized.image(handle), &levels)?;
         }
     }
-    upload_shapes(&mut uploader, queue, realized, handles, plan)?;
+    upload_shapes(&mut uploader, queue, realized, handles)?;
     for (&(key, _, mipmapped), &handle) in plan.materials.textures.iter().zip(&handles.textures) {
         let image = &scene.images[key.image];
         if mipmapped {

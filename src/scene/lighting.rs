@@ -81,7 +81,12 @@ pub struct LightRules {
     pub range: RangeRule,
     /// Emission lights other surfaces: a scene that emits needs no default light.
     pub emission_lights: bool,
+    /// Lights that are off stay in the list, and so do the numbers of those behind them.
+    pub keep_absent: bool,
 }
+
+/// Metres that an absent light reaches where it is kept.
+const ABSENT_RANGE: f64 = 1e-3;
 
 impl Default for LightRules {
     fn default() -> Self {
@@ -90,6 +95,7 @@ impl Default for LightRules {
             attenuation: Attenuation::PHYSICAL,
             range: RangeRule::Cutoff(DEFAULT_CUTOFF),
             emission_lights: false,
+            keep_absent: false,
         }
     }
 }
@@ -126,7 +132,7 @@ impl ResolvedLight {
     }
 }
 
-/// Lights of a scene after the rules; absent lights (range 0) are dropped and counted.
+/// Lights of a scene after the rules; absent lights (range 0) are counted, and dropped where the rules do not keep them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lighting {
     /// In light-id order.
@@ -183,10 +189,13 @@ impl Lighting {
                 (_, RangeRule::Cutoff(_), Some(range)) => range as f64,
                 (_, RangeRule::Cutoff(cutoff), None) => rules.attenuation.solve_range(intensity.max_element(), cutoff),
             };
-            if range <= 0.0 || intensity.max_element() <= 0.0 {
-                lighting.absent += 1;
+            let absent = range <= 0.0 || intensity.max_element() <= 0.0;
+            lighting.absent += usize::from(absent);
+            if absent && !rules.keep_absent {
                 continue;
             }
+            let (range, intensity) =
+                if absent { (if directional { range } else { ABSENT_RANGE }, DVec3::ZERO) } else { (range, intensity) };
             lighting.unbounded += usize::from(!directional && range.is_infinite());
             lighting.lights.push(ResolvedLight {
                 kind: light.kind,

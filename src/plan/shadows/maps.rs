@@ -150,6 +150,16 @@ fn pyramid(place: DVec3, [right, down, ahead]: [DVec3; 3], half: f64, near: f64)
     .transpose()
 }
 
+/// Most maps that such a light has, wherever it stands and however it turns.
+pub(super) fn most_maps(light: &ResolvedLight) -> u32 {
+    match light.kind {
+        // And one of everything.
+        LightKind::Directional => CASCADES + 1,
+        LightKind::Spot { outer, .. } if f64::from(outer) <= WIDEST_MAP => 1,
+        _ => 6,
+    }
+}
+
 /// The maps of a light, and rows to the axes of its cube.
 pub(super) fn of_light(light: &ResolvedLight, world: &World, size: u32, margin: f64) -> (Vec<Map>, [[f32; 4]; 3]) {
     let none = [[0.0; 4]; 3];

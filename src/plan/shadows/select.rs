@@ -29,7 +29,9 @@ pub fn select(lighting: &mut Lighting, scene: &Scene, request: &Request, view: &
         vec![0.0; count]
     } else {
         let world = World::new(scene, view, extent, request.gi != Gi::Off);
-        lights.iter().map(|light| importance(light, view, &world, request.gi != Gi::Off)).collect()
+        // One that matters nothing now may be switched on.
+        let least = if request.lights_move { f64::MIN_POSITIVE } else { 0.0 };
+        lights.iter().map(|light| importance(light, view, &world, request.gi != Gi::Off).max(least)).collect()
     };
     let reaching = seen.iter().filter(|matters| **matters > 0.0).count();
     let asking_seen: Vec<bool> =

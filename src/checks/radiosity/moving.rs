@@ -1,0 +1,125 @@
+//! A sun that turns and a lamp that is switched, in a picture that was prepared once.
+
+use glam::DVec3;
+
+use super::{Row, baked, lamp, request};
+use crate::checks::lists::radiance_of;
+use crate::error::Result;
+use crate::graph::log::Event;
+use crate::plan::{Plan, Request, Technique};
+use crate::radiosity::bake::CodecName;
+use crate::renderer::{Prepared, Renderer};
+use crate::scene::{Light, LightKind, Scene, builtin};
+
+/// Radiance of the lamp while it shines, candela: R17's.
+const BRIGHT: f32 = 1e4;
+
+/// The box under a sun that shines in through its open side, and a lamp.
+fn fixture() -> Result<Scene> {
+    let mut scene = builtin::load("cornell")?;
+    let sun = Light { kind: LightKind::Directional, intensity: 2.0, range: None, ..lamp(DVec3::ZERO) };
+    scene.lights = vec![Light { direction: toward(0.0), ..sun }, lamp(DVec3::new(0.1, 0.2, 0.05))];
+    Ok(scene)
+}
+
+fn toward(turn: f64) -> DVec3 {
+    DVec3::new((0.6 * turn).sin(), -0.5, -(0.6 * turn).cos()).normalize()
+}
+
+/// Bits of the picture after a frame.
+fn drawn(prepared: &mut Prepared) -> Result<Vec<u32>> {
+    prepared.draw(1)?;
+    let picture = prepared.read_back()?;
+    Ok(picture.layer("radiance").into_iter().flatten().map(|x| x.to_bits()).collect())
+}
+
+/// Accesses of passes that bounced light and shadows are made by, since the last call.
+fn gathered(prepared: &Prepared) -> usize {
+    let made =
+        |event: &&Event| matches!(event, Event::Access(a) if a.node.starts_with("patch_") || a.node == "shadow_map");
+    prepared.log().iter().filter(made).count()
+}
+
+/// After each move the picture is the one that is prepared anew for these lights, bit for bit; nothing is made for it, a lamp of 10,000 candela that goes
+/// out leaves nothing behind, and a frame in which nothing moved gathers nothing.
+pub fn radiosity_moving(renderer: &Renderer) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    let mut scene = fixture()?;
+    let bake = baked(&scene, 150, CodecName::ZeroBlock)?;
+    for technique in [Technique::Forward, Technique::TiledForward, Technique::ClusteredDeferred] {
+        let moving = Request { lights_move: true, shadow_size: 256, ..request(&bake, technique) };
+        let still = Request { lights_move: false, ..moving.clone() };
+        let limits = renderer.limits();
+        // Prepared with the lamp on: lists have room for it.
+        scene.lights[1].intensity = BRIGHT;
+        let mut plan = Plan::new(&scene, &moving, &limits)?;
+        let mut prepared = renderer.prepare(&scene, &plan)?;
+        drawn(&mut prepared)?;
+        let made = renderer.device().objects_made();
+        let (mut wrong, mut idle, mut off) = (0, 0, 0f64);
+        let mut dark = Vec::new();
+        for (step, (turn, intensity)) in
+            [(0.0, 0.0), (0.0, BRIGHT), (1.0, BRIGHT), (1.5, 0.0), (0.0, 0.0)].into_iter().enumerate()
+        {
+            scene.lights[0].direction = toward(turn);
+            scene.lights[1].intensity = intensity;
+            plan = plan.relit(&scene, &moving, &limits)?;
+            prepared.relight(&plan)?;
+            let found = drawn(&mut prepared)?;
+            idle += usize::from(gathered(&prepared) == 0);
+            prepared.draw(1)?;
+            idle += gathered(&prepared);
+            if step == 0 {
+                dark.clone_from(&found);
+            }
+            if step == 4 {
+                wrong += usize::from(found != dark);
+            } else {
+                let anew = drawn_anew(renderer, &scene, &moving)?;
+                let value = |bits: &u32| f64::from(f32::from_bits(*bits));
+                let held = drawn_anew(renderer, &scene, &still)?;
+                let apart = found.iter().zip(&held).map(|(a, b)| (value(a) - value(b)).abs() / value(b).max(1e-3));
+                off = apart.fold(off, f64::max);
+                wrong += usize::from(found != anew || found == dark && step > 0);
+            }
+        }
+        let name = technique.name();
+        // What was made for the pictures to compare with has been made by other preparations.
+        let own = prepared_alone(renderer, &mut scene, &moving)?;
+        rows.push(Row::none(format!("moved lights = prepared anew, {name}"), wrong, "pictures differ"));
+        // Maps lie elsewhere in their image, so that weights of filters are rounded otherwise.
+        rows.push(Row::at_most(format!("moved lights against lights that stand still, {name}"), off, 1e-4));
+        rows.push(Row::none(format!("moved lights, {name}: gathers"), idle, "too many or none"));
+        rows.push(Row::none(format!("moved lights, {name}"), own as usize, "objects made"));
+        let violations = prepared.check();
+        rows.push(Row::none(format!("moved lights, {name}: every access ordered"), violations.len(), "not ordered"));
+        rows.push(Row::none(
+            format!("moved lights, {name}: objects are counted"),
+            usize::from(renderer.device().objects_made() <= made),
+            "faults",
+        ));
+    }
+    Ok(rows)
+}
+
+fn drawn_anew(renderer: &Renderer, scene: &Scene, request: &Request) -> Result<Vec<u32>> {
+    radiance_of(renderer, scene, &Plan::new(scene, request, &renderer.limits())?)
+}
+
+/// Allocations and pipelines that moving and switching make.
+fn prepared_alone(renderer: &Renderer, scene: &mut Scene, request: &Request) -> Result<u64> {
+    scene.lights[1].intensity = BRIGHT;
+    let limits = renderer.limits();
+    let mut plan = Plan::new(scene, request, &limits)?;
+    let mut prepared = renderer.prepare(scene, &plan)?;
+    prepared.draw(1)?;
+    let made = renderer.device().objects_made();
+    for step in 0..4 {
+        scene.lights[0].direction = toward(f64::from(step) * 0.3);
+        scene.lights[1].intensity = if step % 2 == 0 { 0.0 } else { BRIGHT };
+        plan = plan.relit(scene, request, &limits)?;
+        prepared.relight(&plan)?;
+        prepared.draw(2)?;
+    }
+    Ok(renderer.device().objects_made() - made)
+}
