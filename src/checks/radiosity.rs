@@ -68,8 +68,8 @@ const SAMPLED_BOUND: f64 = 0.1;
 /// Gathers equal their twin bit for bit, in every codec and by every path to its words; sizes that are no multiple of a block included.
 pub fn radiosity_twin(renderer: &Renderer) -> Result<Vec<Row>> {
     let scene = builtin::load("cornell")?;
-    let exchange = Exchange::of_scene(&scene, PatchRule::Count(150), 1)?;
-    let one = Exchange::of_scene(&scene, PatchRule::Count(1), 1)?;
+    let exchange = Exchange::of_scene(&scene, &Settings::of_count(150))?;
+    let one = Exchange::of_scene(&scene, &Settings::of_count(1))?;
     let mut rows = Vec::new();
     for codec in CodecName::ALL {
         let bake = Arc::new(Bake::new(exchange.clone(), Settings::of_codec(codec))?);

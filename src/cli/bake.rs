@@ -18,6 +18,9 @@ pub struct Bake {
     /// How wide a patch is, metres.
     #[arg(long, value_name = "METRES", value_parser = parse_metres)]
     pub patch_size: Option<f64>,
+    /// What patches are made from.
+    #[arg(long, value_enum, default_value = "triangles")]
+    pub patches_from: PatchesFromArg,
     /// How the matrix is stored.
     #[arg(long, value_enum, default_value = "zero-block")]
     pub codec: CodecArg,
@@ -45,6 +48,15 @@ pub struct Bake {
     /// Write the machine form here, - for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// `--patches-from`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PatchesFromArg {
+    /// Pieces of the triangles, with their true areas and directions.
+    Triangles,
+    /// Sides of the cubes of a grid that surfaces pass through (A. Shcherbakov, 2017).
+    Voxels,
 }
 
 /// `--codec`.

@@ -10,12 +10,13 @@ use serde_json::{Value, json};
 
 use super::measured::progress;
 use super::{report, setup};
-use crate::cli::{self, CodecArg};
+use crate::cli::{self, CodecArg, PatchesFromArg};
 use crate::error::{Error, Result};
 use crate::gpu::pipeline_cache;
 use crate::radiosity::bake::{Bake, CodecName, PatchRule, Settings};
 use crate::radiosity::factors::RawRows;
 use crate::radiosity::order::Order;
+use crate::radiosity::patches::PatchSource;
 use crate::radiosity::{Exchange, Patches, exchange, files};
 use crate::reference::render::Reference;
 use crate::scene::Scene;
@@ -105,7 +106,11 @@ fn settings(args: &cli::Bake) -> Result<Settings> {
         None => defaults.order,
     };
     let extract = args.extract.map_or(defaults.extract, |percent| percent / 100.0);
-    Ok(Settings { patches, codec, extract, bounces, order, seed: args.seed })
+    let patches_from = match args.patches_from {
+        PatchesFromArg::Triangles => PatchSource::Triangles,
+        PatchesFromArg::Voxels => PatchSource::Voxels,
+    };
+    Ok(Settings { patches, patches_from, codec, extract, bounces, order, seed: args.seed })
 }
 
 /// Which rows are computed here.
@@ -125,7 +130,12 @@ fn parts_of(folder: &Path) -> PathBuf {
 
 /// What of a bake its rows depend on.
 fn key(scene: &Scene, settings: &Settings, patches: &Patches) -> String {
-    format!("{}-{}-{}-{}", scene.surface_fingerprint(), patches.list.len(), patches.size.to_bits(), settings.seed)
+    let from = match settings.patches_from {
+        PatchSource::Triangles => "",
+        PatchSource::Voxels => "-voxels",
+    };
+    let (count, size) = (patches.list.len(), patches.size.to_bits());
+    format!("{}-{count}-{size}-{}{from}", scene.surface_fingerprint(), settings.seed)
 }
 
 /// Makes a bake; `None` where only a shard's rows were wanted.
@@ -139,7 +149,7 @@ fn make(
     let mut timed = |name: &'static str, start: Instant| stages.push((name, start.elapsed().as_secs_f64() * 1e3));
     let start = Instant::now();
     let occluders = Reference::new(scene, &View::of_world())?;
-    let patches = exchange::patches(scene, &occluders, settings.patches)?;
+    let patches = exchange::patches(scene, &occluders, &settings)?;
     let count = patches.list.len();
     if count == 0 {
         return Err(Error::new(format!("{}: no surface reflects light between patches", scene.name)));
@@ -226,10 +236,11 @@ fn said(baked: &Bake, stages: &Stages, bytes: u64, folder: &Path) -> String {
     let patches = &baked.patches;
     let count = patches.list.len();
     let report = &baked.factors;
+    let [area_off, albedo_off] = patches.simplified();
     let times: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3)).collect();
     let [least, mean, most] = report.row_sums;
     format!(
-        "patches   {count} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something\n\
+        "patches   {count} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something; area {:+.2} %, reflectance off by {:.4}\n\
          factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
          codec     {}: {:.3} bytes an element, {} in all; relative L2 of bounced light {:.2e}, at most {:.2e}\n\
          spectrum  {:.4} to {:.4}{}\n\
@@ -239,6 +250,8 @@ fn said(baked: &Bake, stages: &Stages, bytes: u64, folder: &Path) -> String {
         patches.triangles,
         patches.dropped,
         patches.buried,
+        100.0 * area_off,
+        albedo_off,
         report.pairs[0],
         report.pairs[1],
         report.pairs[2],
@@ -269,6 +282,8 @@ fn machine_form(baked: &Bake, stages: &Stages, bytes: u64) -> Value {
         "triangles": baked.patches.triangles,
         "dropped": baked.patches.dropped,
         "buried_m2": baked.patches.buried,
+        "area_error": baked.patches.simplified()[0],
+        "albedo_error": baked.patches.simplified()[1],
         "factors": baked.factors,
         "bytes_an_element": baked.bytes_an_element(),
         "matrix_bytes": baked.operator.bytes(),

@@ -13,7 +13,7 @@ use super::exchange::Exchange;
 use super::factors::Report;
 use super::judge::{Judge, after_bounces, product_of_sums, wide};
 use super::order::{Order, Orders};
-use super::patches::Patches;
+use super::patches::{PatchSource, Patches};
 use super::spectrum::{self, Spectrum};
 use super::transfer::Transfer;
 use crate::error::{Error, Result};
@@ -101,6 +101,8 @@ impl CodecName {
 pub struct Settings {
     /// How many patches, or how wide.
     pub patches: PatchRule,
+    /// What they are made from.
+    pub patches_from: PatchSource,
     /// How the matrix is stored.
     pub codec: CodecName,
     /// Share of elements whose residual is stored beside the blocks of `zero-block`, 0 to 1.
@@ -114,6 +116,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The defaults for about so many patches.
+    pub fn of_count(count: usize) -> Self {
+        Self { patches: PatchRule::Count(count), ..Self::default() }
+    }
+
     /// The defaults of a codec.
     pub fn of_codec(codec: CodecName) -> Self {
         Self { codec, bounces: codec.default_bounces(), order: codec.default_order(), ..Self::default() }
@@ -124,6 +131,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             patches: PatchRule::Count(1000),
+            patches_from: PatchSource::Triangles,
             codec: CodecName::ZeroBlock,
             extract: 0.02,
             bounces: None,
@@ -195,7 +203,7 @@ impl Bake {
     /// # Errors
     /// See [`Exchange::of_scene`] and [`Bake::new`].
     pub fn of_scene(scene: &Scene, settings: Settings) -> Result<Self> {
-        Self::new(Exchange::of_scene(scene, settings.patches, settings.seed)?, settings)
+        Self::new(Exchange::of_scene(scene, &settings)?, settings)
     }
 
     /// The matrix in the form of a codec.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::bake::{POINTS, PatchRule};
+use super::bake::{POINTS, PatchRule, Settings};
 use super::codec::Dense;
 use super::factors::{Factors, RawRows, Report, point_on};
 use super::patches::Patches;
@@ -62,9 +62,10 @@ impl Exchange {
     ///
     /// # Errors
     /// See [`patches`] and [`Exchange::new`].
-    pub fn of_scene(scene: &Scene, rule: PatchRule, seed: u64) -> Result<Self> {
+    pub fn of_scene(scene: &Scene, settings: &Settings) -> Result<Self> {
+        let seed = settings.seed;
         let occluders = Reference::new(scene, &View::of_world())?;
-        let patches = patches(scene, &occluders, rule)?;
+        let patches = patches(scene, &occluders, settings)?;
         let rows = RawRows::new(&patches, &occluders, seed, 0..patches.list.len(), &|| {});
         Self::new(scene, &occluders, seed, patches, vec![rows])
     }
@@ -75,14 +76,15 @@ impl Exchange {
     }
 }
 
-/// Patches of a scene by a rule.
+/// Patches of a scene as the settings have them.
 ///
 /// # Errors
 /// See [`Patches`].
-pub fn patches(scene: &Scene, occluders: &Reference, rule: PatchRule) -> Result<Patches> {
-    match rule {
-        PatchRule::Count(count) => Patches::of_count(scene, occluders, count),
-        PatchRule::Size(size) => Patches::of_size(scene, occluders, size),
+pub fn patches(scene: &Scene, occluders: &Reference, settings: &Settings) -> Result<Patches> {
+    let source = settings.patches_from;
+    match settings.patches {
+        PatchRule::Count(count) => Patches::of_count(scene, occluders, count, source),
+        PatchRule::Size(size) => Patches::of(scene, occluders, size, source),
     }
 }
 

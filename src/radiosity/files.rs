@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 pub use rows::{load_rows, rows_path, store_rows};
 
 /// Raised when a file changes its meaning.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// The file that says what the others are.
 pub const MANIFEST: &str = "manifest.json";
 
@@ -38,6 +38,11 @@ struct Manifest {
     triangles: usize,
     dropped: usize,
     buried_m2: f64,
+    /// Of the surfaces that patches stand for.
+    surface_m2: f64,
+    surface_reflectance: [f64; 3],
+    /// That patches may lie off them.
+    off_surface_m: f64,
     points_a_patch: u32,
     spectrum: Spectrum,
     factors: Report,
@@ -152,6 +157,9 @@ fn write_all(bake: &Bake, part: &Path, failed: &dyn Fn(&Path, std::io::Error) ->
         triangles: bake.patches.triangles,
         dropped: bake.patches.dropped,
         buried_m2: bake.patches.buried,
+        surface_m2: bake.patches.surface.0,
+        surface_reflectance: bake.patches.surface.1.to_array(),
+        off_surface_m: bake.patches.off_surface,
         points_a_patch: POINTS,
         spectrum: bake.spectrum,
         factors: bake.factors,
@@ -251,6 +259,8 @@ pub fn load(folder: &Path, fingerprint: &str) -> Result<Bake> {
             triangles: manifest.triangles,
             dropped: manifest.dropped,
             buried: manifest.buried_m2,
+            surface: (manifest.surface_m2, DVec3::from_array(manifest.surface_reflectance)),
+            off_surface: manifest.off_surface_m,
         },
         points,
         operator,

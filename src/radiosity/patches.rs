@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DMat4, DVec3};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::reference::render::Reference;
@@ -11,7 +12,9 @@ use crate::reference::surface::{Face, Fragment, Placement, Weights};
 use crate::reference::texture::Textures;
 use crate::scene::{AlphaMode, Material, Mesh, Scene};
 
+mod air;
 mod join;
+mod voxels;
 
 /// Directions that are told apart along each axis of a normal.
 const NORMAL_STEPS: f64 = 6.0;
@@ -23,6 +26,8 @@ const OFF_GRID: f64 = 0.137;
 const BURIED_STEPS: f64 = 12.0;
 /// Share of the way from the middle of a piece to a corner at which it is looked at.
 const INSET: f64 = 0.98;
+/// Of the width of a patch: what stands so close above a piece cuts it.
+const CUT_LIFT: f64 = 0.01;
 /// Of the width of a patch: so far above a surface pieces have to see each other.
 const LIFT: f64 = 0.05;
 /// Widths that are tried for a number of patches.
@@ -64,6 +69,21 @@ pub struct Patches {
     pub dropped: usize,
     /// Square metres left out, since they lie inside of something or right under it.
     pub buried: f64,
+    /// Of the surfaces that patches stand for: square metres, and mean reflectance.
+    pub surface: (f64, DVec3),
+    /// Metres that patches may lie off the surfaces that they stand for.
+    pub off_surface: f64,
+}
+
+/// What patches are made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatchSource {
+    /// Pieces of the triangles themselves.
+    #[default]
+    Triangles,
+    /// Sides of the cubes of a grid that surfaces pass through, as in the thesis.
+    Voxels,
 }
 
 /// Cell, direction, plane within the cell, and material.
@@ -86,12 +106,47 @@ impl Patches {
     /// # Errors
     /// A size that is no distance or cuts the scene into too many pieces; an image whose bytes do not fit its size.
     pub fn of_size(scene: &Scene, occluders: &Reference, size: f64) -> Result<Self> {
+        let (gathered, mut patches) = Self::gathered(scene, occluders, size, size)?;
+        patches.list = join::joined(gathered, occluders, size).iter().map(|pieces| patch(pieces)).collect();
+        patches.put_in_order();
+        Ok(patches)
+    }
+
+    /// Sides of cubes `size` metres wide that surfaces pass through (A. Shcherbakov, 2017): where the next cube is empty and some surface of the cube
+    /// looks that way. Staircases stand for slopes, so that areas are not true; what light is reflected is the mean over the cube's surfaces.
+    ///
+    /// # Errors
+    /// As [`Patches::of_size`].
+    pub fn of_voxels(scene: &Scene, occluders: &Reference, size: f64) -> Result<Self> {
+        let (gathered, mut patches) = Self::gathered(scene, occluders, size, 0.5 * size)?;
+        patches.list = voxels::sides(&gathered, size);
+        patches.off_surface = size;
+        patches.put_in_order();
+        Ok(patches)
+    }
+
+    fn put_in_order(&mut self) {
+        let low = self.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
+        let size = self.size;
+        self.list.sort_by_cached_key(|patch| order(patch, low, size));
+    }
+
+    /// Pieces no longer than `longest` by cells `size` metres wide, and what is said of them.
+    fn gathered(scene: &Scene, occluders: &Reference, size: f64, longest: f64) -> Result<(Gathered, Self)> {
         if !(size.is_finite() && size > 0.0) {
             return Err(Error::usage(format!("patches of {size} m have no size")));
         }
         let textures = Textures::new(scene)?;
         let mut gathered = Gathered::new();
-        let mut patches = Self { list: Vec::new(), size, triangles: 0, dropped: 0, buried: 0.0 };
+        let mut patches = Self {
+            list: Vec::new(),
+            size,
+            triangles: 0,
+            dropped: 0,
+            buried: 0.0,
+            surface: (0.0, DVec3::ZERO),
+            off_surface: 0.0,
+        };
         let mut pieces = 0usize;
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
@@ -114,7 +169,7 @@ impl Patches {
                 }
                 let source =
                     Source { mesh, placement: &placement, textures: &textures, scene, occluders, vertices, corners };
-                for weights in cut(&corners, size) {
+                for weights in cut(&corners, longest) {
                     pieces += 1;
                     if pieces > MOST_PIECES {
                         return Err(Error::new(format!("{}: patches of {size} m are too many", scene.name)));
@@ -123,17 +178,29 @@ impl Patches {
                 }
             }
         }
-        patches.list = join::joined(gathered, occluders, size).iter().map(|pieces| patch(pieces)).collect();
-        let low = patches.list.iter().map(|patch| patch.center).fold(DVec3::INFINITY, DVec3::min);
-        patches.list.sort_by_cached_key(|patch| order(patch, low, size));
-        Ok(patches)
+        let all = || gathered.values().flatten();
+        let area: f64 = all().map(|piece| piece.area).sum();
+        let reflected: DVec3 = all().map(|piece| piece.reflectance * piece.area).sum();
+        patches.surface = (area, if area > 0.0 { reflected / area } else { DVec3::ZERO });
+        Ok((gathered, patches))
+    }
+
+    /// Of a width, from either source.
+    ///
+    /// # Errors
+    /// As [`Patches::of_size`].
+    pub fn of(scene: &Scene, occluders: &Reference, size: f64, source: PatchSource) -> Result<Self> {
+        match source {
+            PatchSource::Triangles => Self::of_size(scene, occluders, size),
+            PatchSource::Voxels => Self::of_voxels(scene, occluders, size),
+        }
     }
 
     /// About `count` patches: widths are tried until they come to as many, or to as near as some tries come.
     ///
     /// # Errors
     /// A scene without surfaces, or as [`Patches::of_size`].
-    pub fn of_count(scene: &Scene, occluders: &Reference, count: usize) -> Result<Self> {
+    pub fn of_count(scene: &Scene, occluders: &Reference, count: usize, source: PatchSource) -> Result<Self> {
         let area = area_of(scene);
         if !(area > 0.0 && area.is_finite()) || count == 0 {
             return Err(Error::new(format!("{}: there is nothing to cut into patches", scene.name)));
@@ -143,7 +210,7 @@ impl Patches {
         let mut size = (area / count as f64).sqrt();
         let mut best: Option<Self> = None;
         for _ in 0..TRIES {
-            let tried = Self::of_size(scene, occluders, size)?;
+            let tried = Self::of(scene, occluders, size, source)?;
             let found = tried.list.len();
             bracket[usize::from(found <= count)] = Some((size, found));
             if best.as_ref().is_none_or(|best| found.abs_diff(count) < best.list.len().abs_diff(count)) {
@@ -159,6 +226,18 @@ impl Patches {
             };
         }
         best.ok_or_else(|| Error::new("no width was tried"))
+    }
+
+    /// How far the area of all patches is from that of the surfaces they stand for, relative to it; and their mean reflectance from theirs, the largest
+    /// of three channels.
+    pub fn simplified(&self) -> [f64; 2] {
+        let (area, reflectance) = self.surface;
+        let own = self.area();
+        if !(area > 0.0 && own > 0.0) {
+            return [0.0; 2];
+        }
+        let mean = self.list.iter().map(|patch| patch.reflectance * patch.area).sum::<DVec3>() / own;
+        [own / area - 1.0, (mean - reflectance).abs().max_element()]
     }
 
     /// Square metres of all patches.
@@ -256,7 +335,7 @@ impl Source<'_> {
                 let places =
                     [middle, middle.lerp(piece[0], INSET), middle.lerp(piece[1], INSET), middle.lerp(piece[2], INSET)];
                 let inside = places.map(|place| self.is_buried(place, normal));
-                let above = places.map(|place| place + normal * (LIFT * size));
+                let above = places.map(|place| place + normal * (CUT_LIFT * size));
                 let cut_through = above[1..].iter().any(|place| self.occluders.is_blocked(above[0], *place));
                 let mixed = cut_through || inside.iter().any(|x| *x != inside[0]);
                 if mixed && longest(&piece) > size / BURIED_STEPS {

@@ -26,6 +26,10 @@ const CELLS: f64 = 2.0;
 const MOST_CELLS: f64 = 4e6;
 /// Of the width of a patch: so far above surfaces rays run that tell what stands between them.
 const LIFT: f64 = 0.05;
+/// Of the width of a patch: what is so close to a plane lies in it.
+const SHIFT: f64 = 1e-3;
+/// Cosine between a list's direction and a plane's normal from which the plane may be a surface of the list.
+const ALONG: f64 = 0.1;
 /// Places of a patch in a cell that rays start from.
 const PLACES: usize = 3;
 /// Cosine between a direction and a normal that has no other axis nearer to it: 1 / sqrt 3, and slack.
@@ -88,9 +92,10 @@ impl Transfer {
             }
         }
         // Surfaces reach into cells beside those of their places.
+        let beside = 1 + (patches.off_surface / cell).ceil() as i32;
         let mut touched: BTreeSet<[i32; 3]> = BTreeSet::new();
         for at in places.keys() {
-            touched.extend(around(*at, 1));
+            touched.extend(around(*at, beside));
         }
         let reach = REACH * patches.size;
         let steps = (reach / cell).ceil() as i32 + 1;
@@ -98,7 +103,7 @@ impl Transfer {
         let records: Vec<Vec<Tree>> = cells
             .par_iter()
             .map(|at| {
-                let near = nearest_places(*at, &places);
+                let near = nearest_places(*at, beside, &places);
                 let about: Vec<&Place> =
                     around(*at, steps).filter_map(|beside| places.get(&beside)).flatten().collect();
                 let of = Cell { patches, occluders, reach, origin, cell };
@@ -263,12 +268,12 @@ fn inside(at: [i32; 3], size: [u32; 3]) -> bool {
     (0..3).all(|axis| at[axis] >= 0 && (at[axis] as u32) < size[axis])
 }
 
-/// Places in a cell, or in those beside it where it has none.
-fn nearest_places(at: [i32; 3], places: &BTreeMap<[i32; 3], Vec<Place>>) -> Vec<Place> {
-    match places.get(&at) {
-        Some(own) => own.clone(),
-        None => around(at, 1).filter_map(|beside| places.get(&beside)).flatten().copied().collect(),
-    }
+/// Places in a cell, or where it has none in those nearest to it, up to so many steps away.
+fn nearest_places(at: [i32; 3], steps: i32, places: &BTreeMap<[i32; 3], Vec<Place>>) -> Vec<Place> {
+    let within = |steps| around(at, steps).filter_map(|beside| places.get(&beside)).flatten().copied().collect();
+    // Of patches that lie off their surface the nearest may be those of its back.
+    let first = if steps > 1 { steps } else { 0 };
+    (first..=steps).map(within).find(|found: &Vec<Place>| !found.is_empty()).unwrap_or_default()
 }
 
 /// What a list says.
@@ -313,8 +318,10 @@ impl Cell<'_> {
     /// A list for each direction, of the surfaces that look there; where none does, of whatever surface is here: a map may bend normals.
     fn trees(&self, at: DVec3, near: &[Place], about: &[&Place]) -> Vec<Tree> {
         let middle = self.origin + (at + 0.5) * self.cell;
-        let of = |looks: &dyn Fn(&Place) -> bool| -> Option<Tree> {
-            let own: Vec<Place> = thinned(near.iter().copied().filter(looks));
+        let of = |side: Option<usize>| -> Option<Tree> {
+            let towards = side.map_or(DVec3::ZERO, direction);
+            let looks = |place: &Place| side.is_none() || place.normal.dot(towards) > LOOKS;
+            let own: Vec<Place> = thinned(near.iter().copied().filter(&looks));
             if own.is_empty() {
                 return None;
             }
@@ -325,18 +332,19 @@ impl Cell<'_> {
             let away = |place: &Place| place.at.distance_squared(middle);
             others.sort_by(|a, b| a.patch.cmp(&b.patch).then(away(a).total_cmp(&away(b))));
             others.dedup_by_key(|place| place.patch);
-            Some(self.parted(&own, &others, MOST_PLANES))
+            Some(self.parted(&own, &others, towards, MOST_PLANES))
         };
         let mut any = None;
         let sides = (0..6).map(|side| {
-            of(&|place| place.normal.dot(direction(side)) > LOOKS).unwrap_or_else(|| {
-                any.get_or_insert_with(|| of(&|_| true).unwrap_or(Tree::Patches(Vec::new()))).clone()
+            of(Some(side)).unwrap_or_else(|| {
+                any.get_or_insert_with(|| of(None).unwrap_or(Tree::Patches(Vec::new()))).clone()
             })
         });
         sides.collect()
     }
 
-    fn parted(&self, own: &[Place], others: &[Place], planes: u32) -> Tree {
+    /// Surfaces of the list look `towards` about there, or anywhere.
+    fn parted(&self, own: &[Place], others: &[Place], towards: DVec3, planes: u32) -> Tree {
         let lift = |place: &Place| place.at + place.normal * (LIFT * self.patches.size);
         let mut dividing: Option<[DVec3; 2]> = None;
         let mut seen = Vec::new();
@@ -354,12 +362,22 @@ impl Cell<'_> {
             }
         }
         if let Some([point, normal]) = dividing.filter(|_| planes > 0) {
+            // Surfaces that lie in the plane are before it in the direction that they look in: rounding must not part them from themselves.
+            let lies_in = |p: &&Place| {
+                (p.at - point).dot(normal).abs() < SHIFT * self.patches.size && p.normal.dot(normal).abs() > 0.9
+            };
+            let own_side = |p: &Place| p.normal.dot(normal).signum();
+            let looks = match towards.dot(normal) {
+                along if along.abs() > ALONG => along.signum(),
+                _ => own.iter().find(lies_in).map_or(0.0, own_side),
+            };
+            let point = point - normal * (looks * 2.0 * SHIFT * self.patches.size);
             let before = |place: &&Place| (place.at - point).dot(normal) >= 0.0;
             let (front, back): (Vec<&Place>, Vec<&Place>) = own.iter().partition(before);
             if !front.is_empty() && !back.is_empty() {
                 let of = |part: Vec<&Place>| {
                     let part: Vec<Place> = part.into_iter().copied().collect();
-                    Box::new(self.parted(&part, others, planes - 1))
+                    Box::new(self.parted(&part, others, towards, planes - 1))
                 };
                 let to_origin = normal.dot(self.origin - point) / self.cell;
                 let plane = normal.extend(to_origin).as_vec4().to_array();

@@ -32,7 +32,7 @@ pub(super) fn of_knob(name: KnobName, scene: &Scene, quick: bool) -> Result<Vec<
         KnobName::GiGathers => Ok(vec![of(PATCHES[pick])?]),
         KnobName::GiPatches => COUNTS[pick].iter().map(|count| of(*count)).collect(),
         KnobName::GiCodec => {
-            let exchange = Exchange::of_scene(scene, PatchRule::Count(PATCHES[pick]), Settings::default().seed)?;
+            let exchange = Exchange::of_scene(scene, &Settings::of_count(PATCHES[pick]))?;
             // The default comes last in the list of all.
             let codecs = CodecName::ALL.into_iter().rev();
             codecs.map(|codec| Bake::new(exchange.clone(), Settings::of_codec(codec)).map(Arc::new)).collect()

@@ -20,7 +20,7 @@ use crate::measure::plot::{Axis, Figure, Plot, Point, Scale, Series};
 use crate::passes;
 use crate::plan::{Gi, Request, ShadowUpdate, Technique};
 use crate::radiosity::Exchange;
-use crate::radiosity::bake::PatchRule;
+use crate::radiosity::Settings;
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
 
@@ -37,7 +37,7 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     runner.light(&mut loaded, lights)?;
     let wanted = runner.args.patches.unwrap_or_else(|| runner.either(PATCHES[0], PATCHES[1]));
     let start = Instant::now();
-    let exchange = Exchange::of_scene(&loaded.scene, PatchRule::Count(wanted as usize), 1)?;
+    let exchange = Exchange::of_scene(&loaded.scene, &Settings::of_count(wanted as usize))?;
     let factor_seconds = start.elapsed().as_secs_f64();
     if exchange.patches.list.is_empty() {
         return Err(Error::new(format!("{}: no surface reflects light between patches", loaded.spec)));

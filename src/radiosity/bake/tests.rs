@@ -15,7 +15,7 @@ fn runs_of_rows_come_to_the_same_bake() {
     let settings = Settings { patches: PatchRule::Count(60), ..Settings::default() };
     let scene = builtin::load("cornell").expect("a built-in scene");
     let occluders = Reference::new(&scene, &View::of_world()).expect("a reference");
-    let patches = exchange::patches(&scene, &occluders, settings.patches).expect("patches");
+    let patches = exchange::patches(&scene, &occluders, &settings).expect("patches");
     let rows = exchange::runs(patches.list.len())
         .into_iter()
         .map(|rows| RawRows::new(&patches, &occluders, settings.seed, rows, &|| {}))
@@ -27,7 +27,7 @@ fn runs_of_rows_come_to_the_same_bake() {
 /// Every codec of summed bounces comes as close as its kind does, and the ones that were fitted better are better.
 #[test]
 fn codecs_of_summed_bounces_are_as_good_as_they_say() {
-    let exchange = Exchange::of_scene(&builtin::load("cornell").expect("a scene"), PatchRule::Count(250), 1);
+    let exchange = Exchange::of_scene(&builtin::load("cornell").expect("a scene"), &Settings::of_count(250));
     let exchange = exchange.expect("an exchange");
     let errors: Vec<f64> = CodecName::ALL
         .into_iter()
@@ -77,7 +77,7 @@ fn r13_r15_size_place_and_turn_do_not_matter() {
     let sums = |matrix: glam::DMat4| -> (usize, f64, f64) {
         let mut moved = scene.clone();
         moved.instances.iter_mut().for_each(|instance| instance.object_to_world = matrix * instance.object_to_world);
-        let found = Exchange::of_scene(&moved, settings.patches, 1).expect("an exchange");
+        let found = Exchange::of_scene(&moved, &settings).expect("an exchange");
         let patches = &found.patches.list;
         let sent: Vec<[f32; 3]> =
             patches.iter().map(|patch| (patch.reflectance * patch.area).as_vec3().to_array()).collect();
@@ -104,7 +104,7 @@ fn r13_r15_size_place_and_turn_do_not_matter() {
 #[test]
 fn r12_few_patches_are_no_special_case() {
     for count in [1, 3, 6] {
-        let exchange = Exchange::of_scene(&builtin::load("furnace").expect("a scene"), PatchRule::Count(count), 1);
+        let exchange = Exchange::of_scene(&builtin::load("furnace").expect("a scene"), &Settings::of_count(count));
         let exchange = exchange.expect("an exchange");
         for codec in CodecName::ALL {
             let bake = Bake::new(exchange.clone(), Settings::of_codec(codec)).expect("a bake");

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::air::Air;
 use super::{Gathered, LIFT, Piece};
 use crate::reference::render::Reference;
 
@@ -12,6 +13,15 @@ use crate::reference::render::Reference;
 const LEAST: f64 = 0.25;
 /// Least cosine between directions of what is joined.
 const ALIKE: f64 = 0.4;
+
+/// Of the square of a patch's width: what is smaller is an ornament, which joins others of its cell as long as no wall parts them, seen or not.
+const ORNAMENT: f64 = 0.05;
+/// Least cosine between directions of ornaments that are joined.
+const ORNAMENTS_ALIKE: f64 = 0.1;
+
+/// Pieces of an ornament that are tried in search of the air about it, and how close to them, in widths of a patch.
+const AIR_PLACES: usize = 4;
+const CLOSE_LIFT: f64 = 0.01;
 
 /// Of the width of a patch: so far small ones step back from their surface to see each other.
 const BACK: f64 = 0.4;
@@ -39,8 +49,9 @@ pub(super) fn joined(gathered: Gathered, occluders: &Reference, size: f64) -> Ve
             }
         }
     }
-    let groups: Vec<Vec<Part>> = small.into_values().collect();
-    let more: Vec<Vec<Vec<Piece>>> = groups.into_par_iter().map(|parts| grown(parts, occluders, size)).collect();
+    let groups: Vec<(Place, Vec<Part>)> = small.into_iter().collect();
+    let more: Vec<Vec<Vec<Piece>>> =
+        groups.into_par_iter().map(|((cell, ..), parts)| grown(cell, parts, occluders, size)).collect();
     patches.extend(more.into_iter().flatten());
     patches
 }
@@ -53,6 +64,8 @@ struct Part {
     above: Vec<DVec3>,
     /// Times the area.
     normal: DVec3,
+    /// Part of the air of its cell that it lies in, where that is known.
+    air: Option<usize>,
 }
 
 impl Part {
@@ -65,7 +78,7 @@ impl Part {
         });
         let above = nearest.map(|piece| above(piece, size)).into_iter().collect();
         let normal = pieces.iter().map(|piece| piece.normal * piece.area).sum();
-        Self { pieces, area, above, normal }
+        Self { pieces, area, above, normal, air: None }
     }
 
     /// +x, -x, +y, -y, +z, -z.
@@ -91,15 +104,37 @@ fn above(piece: &Piece, size: f64) -> DVec3 {
     middle(piece) + piece.normal * (LIFT * size)
 }
 
+/// The part of the air that some place right above a part lies in.
+fn air_about(part: &Part, air: &Air, occluders: &Reference, size: f64) -> Option<usize> {
+    let step = part.pieces.len().div_ceil(AIR_PLACES);
+    let close = part
+        .pieces
+        .iter()
+        .step_by(step)
+        .flat_map(|piece| [LIFT, CLOSE_LIFT].map(|lift| middle(piece) + piece.normal * (lift * size)));
+    part.above.iter().copied().chain(close).find_map(|place| air.of(place, occluders))
+}
+
 /// Small parts of one place, each joined with those before it that it sees and that look its way, until they are large enough.
-fn grown(parts: Vec<Part>, occluders: &Reference, size: f64) -> Vec<Vec<Piece>> {
+fn grown(cell: [i64; 3], mut parts: Vec<Part>, occluders: &Reference, size: f64) -> Vec<Vec<Piece>> {
+    let is_ornament = |part: &Part| part.area < ORNAMENT * size * size;
+    if parts.iter().filter(|part| is_ornament(part)).count() > 1 {
+        let air = Air::new(cell, occluders, size);
+        parts.iter_mut().for_each(|part| part.air = air_about(part, &air, occluders, size));
+    }
+    // Ornaments come to what is larger.
+    parts.sort_by(|a, b| b.area.total_cmp(&a.area));
     let mut grown: Vec<Part> = Vec::new();
     for part in parts {
         let fits = |of: &Part| {
-            let alike = of.normal.normalize_or_zero().dot(part.normal.normalize_or_zero()) > ALIKE;
-            alike
-                && of.area < LEAST * size * size
-                && of.above.iter().all(|p| meet(occluders, size, *p, part.above[0], of.normal))
+            let cosine = of.normal.normalize_or_zero().dot(part.normal.normalize_or_zero());
+            if of.area >= LEAST * size * size {
+                return false;
+            }
+            if is_ornament(&part) && part.air.is_some() && part.air == of.air && cosine > ORNAMENTS_ALIKE {
+                return true;
+            }
+            cosine > ALIKE && of.above.iter().all(|p| meet(occluders, size, *p, part.above[0], of.normal))
         };
         match grown.iter_mut().find(|of| fits(of)) {
             Some(of) => of.join(part),

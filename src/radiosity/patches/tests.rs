@@ -7,7 +7,7 @@ fn of_size(scene: &Scene, size: f64) -> Result<Patches> {
 }
 
 fn of_count(scene: &Scene, count: usize) -> Result<Patches> {
-    Patches::of_count(scene, &Reference::new(scene, &View::of_world())?, count)
+    Patches::of_count(scene, &Reference::new(scene, &View::of_world())?, count, PatchSource::Triangles)
 }
 
 #[test]
@@ -82,4 +82,35 @@ fn colours_are_means_and_glass_has_none() {
     assert!(patches.list.iter().all(|p| near(p.emission, DVec3::new(0.0, 1.0, 2.0))));
     scene.materials[0].alpha = AlphaMode::Blend;
     assert!(of_size(&scene, 2.0).expect("none").list.is_empty());
+}
+
+/// Of a floor that is turned by 45 degrees: pieces of triangles keep its area, staircases of cubes have the square root of 2 times that.
+#[test]
+fn cubes_stand_for_slopes_by_staircases() {
+    let mut scene = builtin::load("furnace").expect("a built-in scene");
+    let size = 4.0f32;
+    let material = scene.meshes[0].material;
+    scene.meshes[0] = Mesh { material, ..Mesh::default() };
+    let mesh = &mut scene.meshes[0];
+    mesh.positions = vec![[0.0, 0.0, 0.0], [size, size, 0.0], [size, size, -size], [0.0, 0.0, -size]];
+    mesh.normals = vec![[-0.5f32.sqrt(), 0.5f32.sqrt(), 0.0]; 4];
+    mesh.indices = vec![0, 1, 2, 0, 2, 3];
+    scene.instances.truncate(1);
+    scene.instances[0].mesh = 0;
+    scene.instances[0].object_to_world = DMat4::IDENTITY;
+    let occluders = Reference::new(&scene, &View::of_world()).expect("a reference");
+    let [off, albedo] = Patches::of_size(&scene, &occluders, 0.25).expect("patches").simplified();
+    assert!(off.abs() < 1e-9 && albedo < 1e-12, "{off} {albedo}");
+    let cubes = Patches::of_voxels(&scene, &occluders, 0.25).expect("patches");
+    let [off, albedo] = cubes.simplified();
+    // Cubes at its ends stick out.
+    let steps = (off + 1.0) / 2f64.sqrt();
+    assert!((1.0..1.15).contains(&steps) && albedo < 1e-6, "{off} {albedo}");
+    // Each side looks along an axis, and none of them backwards.
+    assert!(cubes.list.iter().all(|p| p.normal.abs().max_element() == 1.0 && p.triangles.len() == 2));
+    for patch in &cubes.list {
+        assert!(patch.triangles.iter().all(|t| (area_and_normal(t).1 - patch.normal).length() < 1e-12));
+        // Up and against the rise, or the other way, as the triangles are wound; the ends of the staircase look along z in neither.
+        assert!((patch.normal.y - patch.normal.x) * (cubes.list[0].normal.y - cubes.list[0].normal.x) > 0.0);
+    }
 }

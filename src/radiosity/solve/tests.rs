@@ -1,4 +1,5 @@
 use super::*;
+use crate::radiosity::patches::PatchSource;
 use crate::reference::render::{Paths, Reference};
 use crate::scene::lighting::{LightRules, Lighting};
 use crate::scene::shading::Shading;
@@ -14,7 +15,7 @@ struct Solved {
 
 fn solved(scene: &Scene, count: usize, view: &View, lighting: &Lighting) -> Solved {
     let occluders = Reference::new(scene, view).expect("a reference");
-    let patches = Patches::of_count(scene, &occluders, count).expect("patches");
+    let patches = Patches::of_count(scene, &occluders, count, PatchSource::Triangles).expect("patches");
     let shader = Shader::new(lighting, view, Shading::Lambert);
     let factors = Factors::new(&patches, &occluders, 1, &|| {}).expect("factors");
     let direct = direct(&patches, &occluders, &shader, 1);

@@ -1,12 +1,13 @@
 use super::*;
 use crate::math::random::Random;
 use crate::radiosity::factors::point_on;
+use crate::radiosity::patches::PatchSource;
 use crate::scene::view::View;
 use crate::scene::{Scene, builtin};
 
 fn with_grid(scene: &Scene, count: usize) -> (Patches, Transfer) {
     let occluders = Reference::new(scene, &View::of_world()).expect("a reference");
-    let patches = Patches::of_count(scene, &occluders, count).expect("patches");
+    let patches = Patches::of_count(scene, &occluders, count, PatchSource::Triangles).expect("patches");
     let transfer = Transfer::new(&patches, &occluders);
     (patches, transfer)
 }
