@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use accuracy::{Accuracy, KnobName};
-pub use bake::{Bake, Bounces, CodecArg, OrderArg, PatchesFromArg};
+pub use bake::{Bake, BakeOnArg, Bounces, CodecArg, OrderArg, PatchesFromArg};
 pub use bench::{Bench, BenchName};
 pub use debug_view::DebugViewArg;
 pub use deferred::{AccumulationArg, DeferredLightsArg, GbufferArg};

@@ -1,5 +1,6 @@
 //! The way through the library on a device: open it, prepare a planned scene, draw frames, read times and pictures back.
 
+pub mod sight;
 mod upload;
 
 use std::sync::Arc;

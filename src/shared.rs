@@ -432,6 +432,20 @@ pub struct ProductPush {
     pub values_at: u32,
 }
 
+/// What `sight` is told.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SightPush {
+    /// Segments.
+    pub count: u32,
+    /// Nodes of the hierarchy.
+    pub nodes: u32,
+    /// Metres that a difference of two positions may be off, at most.
+    pub off: f32,
+    /// Largest coordinate of the world times the square root of 3, metres.
+    pub reach: f32,
+}
+
 /// What `patch_gather` is told: the step, and where parts of the matrix begin among its words.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -468,6 +482,14 @@ pub struct MapPush {
 
 /// Groups along one dimension of a dispatch that every device takes.
 pub const MOST_GROUPS: u32 = 65535;
+/// Nothing stands between the ends of a segment.
+pub const SIGHT_MISSED: u32 = 0;
+/// Something does.
+pub const SIGHT_MET: u32 = 1;
+/// 32 bits cannot tell.
+pub const SIGHT_UNSURE: u32 = 2;
+/// Nodes that a segment is followed through: with the triangles of their leaves fewer rounds than any driver leaves a shader's loops after.
+pub const SIGHT_STEPS: u32 = 16000;
 /// Threads of a group where groups lie in rows: of `MOST_GROUPS` along x, and as many rows along y as it takes.
 pub const ROW_THREADS: u32 = 64;
 

@@ -128,6 +128,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("radiosity_agreement", radiosity::radiosity_agreement),
     ("radiosity_path", radiosity::radiosity_path),
     ("radiosity_moving", radiosity::radiosity_moving),
+    ("radiosity_sight", radiosity::radiosity_sight),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

@@ -1,6 +1,7 @@
 //! Bounced light on the device: against its twin bit for bit, against paths, in rooms whose answer is known, and behind walls.
 
 mod moving;
+mod sight;
 
 use std::sync::Arc;
 
@@ -23,6 +24,7 @@ use crate::scene::{Light, LightKind, Scene, builtin};
 use glam::DVec3;
 
 pub use moving::radiosity_moving;
+pub use sight::radiosity_sight;
 
 /// Not a multiple of any tile size.
 const SIZE: (u32, u32) = (60, 45);

@@ -18,8 +18,9 @@ use crate::plan::{CameraChoice, Plan, Request, ShadowUpdate, Technique, Transpar
 use crate::reference::render::Reference;
 use crate::renderer::Renderer;
 use crate::scene::{Light, LightKind, Scene, builtin, scatter};
-use fixtures::{boxed_lamp, grazed_wall, lamp, light_on_wall, mask_and_pane, room_with, shaded_lamp, spot_over_blocks};
+use fixtures::{boxed_lamp, grazed_wall, lamp, light_on_wall, room_with, shaded_lamp, spot_over_blocks};
 
+pub(super) use fixtures::mask_and_pane;
 pub use still::shadows_still;
 
 /// Not a multiple of any tile size.

@@ -33,6 +33,15 @@ pub struct Bake {
     /// Order of rows and columns of codecs that sum bounces [default: rows-columns for thesis and thesis-filled, landmarks for bc1 and bc4-chroma].
     #[arg(long, value_enum)]
     pub order: Option<OrderArg>,
+    /// Who looks what stands between patches: auto lets both try on a few rows and takes the quicker one. The bake has the same bytes either way.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub bake_on: BakeOnArg,
+    /// Device or driver whose name contains this.
+    #[arg(long, value_name = "SUBSTRING")]
+    pub driver: Option<String>,
+    /// Run the device under validation and synchronization validation.
+    #[arg(long)]
+    pub validate: bool,
     /// Seed of rays and points.
     #[arg(long, value_name = "S", default_value = "1")]
     pub seed: u64,
@@ -57,6 +66,17 @@ pub enum PatchesFromArg {
     Triangles,
     /// Sides of the cubes of a grid that surfaces pass through (A. Shcherbakov, 2017).
     Voxels,
+}
+
+/// `--bake-on`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BakeOnArg {
+    /// The quicker one.
+    Auto,
+    /// All cores, in 64 bits.
+    Cpu,
+    /// A compute pass in 32 bits, and the CPU where these cannot tell.
+    Device,
 }
 
 /// `--codec`.

@@ -12,17 +12,21 @@ use super::measured::progress;
 use super::{report, setup};
 use crate::cli::{self, CodecArg, PatchesFromArg};
 use crate::error::{Error, Result};
-use crate::gpu::pipeline_cache;
+use crate::gpu::{Options, pipeline_cache};
 use crate::radiosity::bake::{Bake, CodecName, PatchRule, Settings};
 use crate::radiosity::factors::RawRows;
 use crate::radiosity::order::Order;
 use crate::radiosity::patches::PatchSource;
+use crate::radiosity::sight::Sight;
 use crate::radiosity::{Exchange, Patches, exchange, files};
 use crate::reference::render::Reference;
 use crate::scene::Scene;
 use crate::scene::view::View;
 
 mod figures;
+mod looks;
+
+use looks::{Looks, judged};
 
 /// Milliseconds by stage, in their order.
 type Stages = Vec<(&'static str, f64)>;
@@ -41,10 +45,14 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
         (None, true) => Rows::Given,
         (None, false) => Rows::All,
     };
-    let Some(baked) = make(&scene, settings, &args.output, (&which, args.report.as_deref()), &mut stages)? else {
+    let looks = Looks { on: args.bake_on, options: Options { validate: args.validate, driver: args.driver.clone() } };
+    let made = make(&scene, settings, (&args.output, &looks), (&which, args.report.as_deref()), &mut stages)?;
+    let Some(baked) = made.baked else {
         let parts = parts_of(&args.output);
         report::print(&format!(
-            "rows      of shard {} are in {}; bake --merge makes the bake of all of them\n",
+            "{}looks     {}\nrows      of shard {} are in {}; bake --merge makes the bake of all of them\n",
+            made.patches,
+            made.looks,
             args.shard.map_or(String::new(), |(i, n)| format!("{i}/{n}")),
             parts.display()
         ))?;
@@ -55,7 +63,7 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
     let _ = fs::remove_dir_all(parts_of(&args.output));
     stages.push(("files", start.elapsed().as_secs_f64() * 1e3));
     if !report::json_on_stdout(args.json.as_deref()) {
-        report::print(&said(&baked, &stages, bytes, &args.output))?;
+        report::print(&said(&baked, &stages, bytes, (&args.output, &made.looks)))?;
     }
     if let Some(path) = &args.json {
         report::write_json(path, &machine_form(&baked, &stages, bytes))?;
@@ -138,14 +146,24 @@ fn key(scene: &Scene, settings: &Settings, patches: &Patches) -> String {
     format!("{}-{count}-{size}-{}{from}", scene.surface_fingerprint(), settings.seed)
 }
 
-/// Makes a bake; `None` where only a shard's rows were wanted.
+/// What baking leaves.
+struct Made {
+    /// None where only a shard's rows were wanted.
+    baked: Option<Bake>,
+    /// For people: the patches, a line.
+    patches: String,
+    /// Who looked.
+    looks: String,
+}
+
+/// Makes a bake, or a shard's rows.
 fn make(
     scene: &Scene,
     settings: Settings,
-    folder: &Path,
+    (folder, looks): (&Path, &Looks),
     (which, report): (&Rows, Option<&Path>),
     stages: &mut Stages,
-) -> Result<Option<Bake>> {
+) -> Result<Made> {
     let mut timed = |name: &'static str, start: Instant| stages.push((name, start.elapsed().as_secs_f64() * 1e3));
     let start = Instant::now();
     let occluders = Reference::new(scene, &View::of_world())?;
@@ -159,6 +177,10 @@ fn make(
     let key = key(scene, &settings, &patches);
     let parts = parts_of(folder);
     fs::create_dir_all(&parts).map_err(|e| Error::new(format!("{}: could not be made: {e}", parts.display())))?;
+    let said = said_of_patches(&patches);
+    let renderer = looks.renderer(count)?;
+    let (device, mut looked) = looks.device(renderer.as_ref(), &occluders, (&patches, settings.seed))?;
+    let sight: &dyn Sight = device.as_ref().map_or(&occluders, |device| device);
     let bar = progress(count as u64, "form factors, rows");
     let mut rows = Vec::new();
     for (index, run) in exchange::runs(count).into_iter().enumerate() {
@@ -166,12 +188,15 @@ fn make(
             bar.inc(run.len() as u64);
             continue;
         }
-        rows.push(rows_of(&patches, &occluders, settings.seed, (&parts, &key), run, which, &|| bar.inc(1))?);
+        rows.push(rows_of(&patches, sight, settings.seed, (&parts, &key), run, which, &|| bar.inc(1))?);
     }
     bar.finish_and_clear();
     timed("form factors", start);
+    if let (Some(device), Some(renderer)) = (&device, &renderer) {
+        looked += &judged(device, renderer)?;
+    }
     if matches!(which, Rows::Shard { .. }) {
-        return Ok(None);
+        return Ok(Made { baked: None, patches: said, looks: looked });
     }
     let start = Instant::now();
     let exchange = Exchange::new(scene, &occluders, settings.seed, patches, rows)?;
@@ -184,13 +209,13 @@ fn make(
     let start = Instant::now();
     let baked = Bake::new(exchange, settings)?;
     timed("codec", start);
-    Ok(Some(baked))
+    Ok(Made { baked: Some(baked), patches: said, looks: looked })
 }
 
 /// A run of rows from its file, or computed and stored there.
 fn rows_of(
     patches: &Patches,
-    occluders: &Reference,
+    sight: &dyn Sight,
     seed: u64,
     (parts, key): (&Path, &str),
     run: Range<usize>,
@@ -205,7 +230,7 @@ fn rows_of(
         let path = files::rows_path(parts, &run);
         return Err(Error::new(format!("{}: rows {} to {} are not there", path.display(), run.start, run.end - 1)));
     }
-    let found = RawRows::new(patches, occluders, seed, run, done);
+    let found = RawRows::new(patches, sight, seed, run, done)?;
     files::store_rows(parts, key, &found)?;
     Ok(found)
 }
@@ -225,33 +250,38 @@ pub fn cached(scene: &Scene) -> Result<Bake> {
         return Ok(found);
     }
     fs::create_dir_all(&cache).map_err(|e| Error::new(format!("{}: could not be made: {e}", cache.display())))?;
-    let made = make(scene, settings, &folder, (&Rows::All, None), &mut Stages::new())?;
-    let baked = made.ok_or_else(|| Error::new("a bake without shards is whole"))?;
+    let made = make(scene, settings, (&folder, &Looks::auto()), (&Rows::All, None), &mut Stages::new())?;
+    let baked = made.baked.ok_or_else(|| Error::new("a bake without shards is whole"))?;
     files::store(&baked, &folder)?;
     let _ = fs::remove_dir_all(parts_of(&folder));
     Ok(baked)
 }
 
-fn said(baked: &Bake, stages: &Stages, bytes: u64, folder: &Path) -> String {
-    let patches = &baked.patches;
-    let count = patches.list.len();
-    let report = &baked.factors;
+fn said_of_patches(patches: &Patches) -> String {
     let [area_off, albedo_off] = patches.simplified();
-    let times: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3)).collect();
-    let [least, mean, most] = report.row_sums;
     format!(
-        "patches   {count} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something; area {:+.2} %, reflectance off by {:.4}\n\
-         factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
-         codec     {}: {:.3} bytes an element, {} in all; relative L2 of bounced light {:.2e}, at most {:.2e}\n\
-         spectrum  {:.4} to {:.4}{}\n\
-         seconds   {}\n\
-         folder    {} ({})\n",
+        "patches   {} of about {:.3} m from {} triangles; {} dropped, {:.3} m2 inside of something; area {:+.2} %, reflectance off by {albedo_off:.4}\n",
+        patches.list.len(),
         patches.size,
         patches.triangles,
         patches.dropped,
         patches.buried,
         100.0 * area_off,
-        albedo_off,
+    )
+}
+
+fn said(baked: &Bake, stages: &Stages, bytes: u64, (folder, looks): (&Path, &str)) -> String {
+    let report = &baked.factors;
+    let times: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3)).collect();
+    let [least, mean, most] = report.row_sums;
+    format!(
+        "{}factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
+         looks     {looks}\n\
+         codec     {}: {:.3} bytes an element, {} in all; relative L2 of bounced light {:.2e}, at most {:.2e}\n\
+         spectrum  {:.4} to {:.4}{}\n\
+         seconds   {}\n\
+         folder    {} ({})\n",
+        said_of_patches(&baked.patches),
         report.pairs[0],
         report.pairs[1],
         report.pairs[2],

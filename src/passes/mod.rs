@@ -37,6 +37,7 @@ mod resources;
 pub mod sample_edges;
 pub mod scan;
 pub mod shadow_map;
+pub mod sight;
 pub mod surface;
 pub mod tile_bin;
 pub mod tile_cull;

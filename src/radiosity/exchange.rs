@@ -66,7 +66,7 @@ impl Exchange {
         let seed = settings.seed;
         let occluders = Reference::new(scene, &View::of_world())?;
         let patches = patches(scene, &occluders, settings)?;
-        let rows = RawRows::new(&patches, &occluders, seed, 0..patches.list.len(), &|| {});
+        let rows = RawRows::new(&patches, &occluders, seed, 0..patches.list.len(), &|| {})?;
         Self::new(scene, &occluders, seed, patches, vec![rows])
     }
 

@@ -3,7 +3,7 @@
 //! What is computed is the exchange `A_i F_ij = A_j F_ji`, once for each pair. Afterwards rows are scaled symmetrically (each by a factor of its own,
 //! to both sides) so that each sums to the share of light that meets any patch, which rays from the patch itself tell; the report says by how much.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pair::{self, Facet, point_kernel};
 use super::patches::{Patch, Patches, by_cosine};
+use super::sight::{NO_TRIANGLE, Segment, Sight};
 use crate::error::{Error, Result};
 use crate::math::random::Random;
 use crate::reference::render::Reference;
@@ -72,29 +73,45 @@ pub struct RawRows {
 }
 
 impl RawRows {
-    /// Rows `first` to `end` on all cores: the same numbers however rows are grouped. `progress` is told of each row that is done.
+    /// Rows `first` to `end` on all cores: the same numbers however rows are grouped, and whoever looks. `progress` is told of each row that is done.
+    ///
+    /// # Errors
+    /// Of who looks.
     pub fn new(
         patches: &Patches,
-        occluders: &Reference,
+        sight: &dyn Sight,
         seed: u64,
-        rows: std::ops::Range<usize>,
+        rows: Range<usize>,
         progress: &(dyn Fn() + Sync),
-    ) -> Self {
-        let counters: [AtomicU64; 4] = Default::default();
-        let row = |i: usize| -> Vec<f32> {
-            let row = ((i + 1)..patches.list.len())
-                .map(|j| {
-                    let pair = (i as u64) << 32 | j as u64;
-                    let mut random = Random::new(seed ^ pair.wrapping_mul(0x9E6C_63D0_876A_46D5));
-                    exchange(&patches.list[i], &patches.list[j], occluders, &mut random, &counters) as f32
+    ) -> Result<Self> {
+        let first = rows.start;
+        let (mut exchanges, mut counted) = (Vec::with_capacity(rows.len()), [0u64; 4]);
+        let mut next = rows.start;
+        while next < rows.end {
+            // As many rows as a batch holds.
+            let (begin, mut pairs) = (next, 0);
+            while next < rows.end && (next == begin || pairs + patches.list.len() - next <= sight.batch_pairs()) {
+                pairs += patches.list.len() - next;
+                next += 1;
+            }
+            let pending: Vec<PendingRow> =
+                (begin..next).into_par_iter().map(|i| PendingRow::new(patches, i, seed)).collect();
+            let segments: Vec<&[Segment]> = pending.iter().map(|row| row.segments.as_slice()).collect();
+            let open = sight.open(&segments)?;
+            let done: Vec<Vec<f32>> = pending
+                .par_iter()
+                .zip(&open)
+                .enumerate()
+                .map(|(k, (row, open))| {
+                    let row = row.finished(patches, begin + k, open);
+                    progress();
+                    row
                 })
                 .collect();
-            progress();
-            row
-        };
-        let first = rows.start;
-        let exchanges = rows.into_par_iter().map(row).collect();
-        Self { first, exchanges, counted: counters.map(AtomicU64::into_inner) }
+            pending.iter().for_each(|row| (0..4).for_each(|k| counted[k] += row.counted[k]));
+            exchanges.extend(done);
+        }
+        Ok(Self { first, exchanges, counted })
     }
 }
 
@@ -104,7 +121,7 @@ impl Factors {
     /// # Errors
     /// More patches than a matrix of so many rows and columns is made of here.
     pub fn new(patches: &Patches, occluders: &Reference, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<Self> {
-        let raw = RawRows::new(patches, occluders, seed, 0..patches.list.len(), progress);
+        let raw = RawRows::new(patches, occluders, seed, 0..patches.list.len(), progress)?;
         Self::of_rows(vec![raw], patches, occluders, seed)
     }
 
@@ -203,61 +220,109 @@ impl Factors {
     }
 }
 
-/// Square metres: light that leaves one patch and meets the other.
-fn exchange(
-    a: &Patch,
-    b: &Patch,
-    occluders: &Reference,
-    random: &mut Random,
-    [near, between, far, rays]: &[AtomicU64; 4],
-) -> f64 {
-    if !sees(a, b) || !sees(b, a) {
-        return 0.0;
-    }
-    let distance = a.center.distance(b.center);
-    let count = |counter: &AtomicU64, more: u64| {
-        counter.fetch_add(more, Ordering::Relaxed);
-    };
-    let mut samples = |n: u32| -> Vec<[DVec3; 2]> {
-        (0..n).map(|k| [point_on(a, k, n, random), point_on(b, (k * 7 + 3) % n, n, random)]).collect()
-    };
-    if distance > FAR * 2.0 * a.radius.max(b.radius) {
-        count(far, 1);
-        let geometry = point_kernel(a.center, a.normal, b.center, b.normal);
-        if geometry == 0.0 {
-            return 0.0;
+/// A pair of patches whose exchange hangs on what lies between them.
+struct Pair {
+    /// Within its row.
+    at: usize,
+    kind: PairKind,
+    /// First of its segments, and how many there are.
+    segments: Range<usize>,
+}
+
+enum PairKind {
+    /// By the closed form, as much as the open share of so much.
+    Near(f64),
+    /// By points: as much as their weights add up to, times that.
+    Between(f64),
+    /// That much for each segment.
+    Far(f64),
+}
+
+/// What of a row is known without looking at what stands in the way.
+struct PendingRow {
+    pairs: Vec<Pair>,
+    segments: Vec<Segment>,
+    /// What each segment adds, where nothing stops it.
+    weights: Vec<f64>,
+    counted: [u64; 4],
+}
+
+impl PendingRow {
+    fn new(patches: &Patches, i: usize, seed: u64) -> Self {
+        let mut row = Self { pairs: Vec::new(), segments: Vec::new(), weights: Vec::new(), counted: [0; 4] };
+        for j in (i + 1)..patches.list.len() {
+            let pair = (i as u64) << 32 | j as u64;
+            let mut random = Random::new(seed ^ pair.wrapping_mul(0x9E6C_63D0_876A_46D5));
+            row.add(&patches.list[i], &patches.list[j], j - i - 1, &mut random);
         }
-        count(rays, FAR_RAYS.into());
-        let open = samples(FAR_RAYS).iter().filter(|[p, q]| !occluders.is_blocked(*p, *q)).count();
-        return geometry * a.area * b.area * open as f64 / f64::from(FAR_RAYS);
+        row
     }
-    count(rays, SAMPLES.into());
-    if distance < NEAR * (a.radius + b.radius) {
-        count(near, 1);
-        // Of pairs that would exchange something, those that nothing stops.
-        let (mut open, mut all) = (0.0, 0.0);
-        for [p, q] in samples(SAMPLES) {
-            let weight = point_kernel(p, a.normal, q, b.normal);
-            all += weight;
-            open += if weight > 0.0 && !occluders.is_blocked(p, q) { weight } else { 0.0 };
+
+    fn add(&mut self, a: &Patch, b: &Patch, at: usize, random: &mut Random) {
+        if !sees(a, b) || !sees(b, a) {
+            return;
         }
-        if open == 0.0 {
-            return 0.0;
+        let distance = a.center.distance(b.center);
+        let first = self.segments.len();
+        let (kind, samples) = if distance > FAR * 2.0 * a.radius.max(b.radius) {
+            self.counted[2] += 1;
+            let geometry = point_kernel(a.center, a.normal, b.center, b.normal);
+            if geometry == 0.0 {
+                return;
+            }
+            (PairKind::Far(geometry * a.area * b.area / f64::from(FAR_RAYS)), FAR_RAYS)
+        } else if distance < NEAR * (a.radius + b.radius) {
+            self.counted[0] += 1;
+            (PairKind::Near(0.0), SAMPLES)
+        } else {
+            self.counted[1] += 1;
+            (PairKind::Between(a.area * b.area / f64::from(SAMPLES)), SAMPLES)
+        };
+        let far = matches!(kind, PairKind::Far(_));
+        let mut all = 0.0;
+        for k in 0..samples {
+            let (from, own) = place_on(a, k, samples, random);
+            let (to, others) = place_on(b, (k * 7 + 3) % samples, samples, random);
+            let weight = if far { 1.0 } else { point_kernel(from, a.normal, to, b.normal) };
+            // What would exchange nothing needs no look.
+            if weight > 0.0 {
+                all += weight;
+                self.weights.push(weight);
+                self.segments.push(Segment { from, to, triangles: [own, others] });
+            }
         }
-        let facets = |patch: &Patch| -> Vec<Facet> { patch.triangles.iter().map(Facet::new).collect() };
-        let others = facets(b);
-        let exact: f64 = facets(a).iter().flat_map(|t| others.iter().map(|u| pair::exchange(t, u))).sum();
-        return exact * open / all;
+        self.counted[3] += (self.segments.len() - first) as u64;
+        if self.segments.len() > first {
+            let kind = if matches!(kind, PairKind::Near(_)) { PairKind::Near(all) } else { kind };
+            self.pairs.push(Pair { at, kind, segments: first..self.segments.len() });
+        }
     }
-    count(between, 1);
-    let sum: f64 = samples(SAMPLES)
-        .iter()
-        .map(|[p, q]| {
-            let weight = point_kernel(*p, a.normal, *q, b.normal);
-            if weight > 0.0 && !occluders.is_blocked(*p, *q) { weight } else { 0.0 }
-        })
-        .sum();
-    sum / f64::from(SAMPLES) * a.area * b.area
+
+    /// The row, from whether each segment is open; square metres.
+    fn finished(&self, patches: &Patches, i: usize, open: &[bool]) -> Vec<f32> {
+        let mut row = vec![0f32; patches.list.len() - i - 1];
+        for pair in &self.pairs {
+            let run = pair.segments.clone();
+            let seen = || open[run.clone()].iter().zip(&self.weights[run.clone()]).filter(|(open, _)| **open);
+            let sum: f64 = seen().map(|(_, weight)| weight).sum();
+            if sum == 0.0 {
+                continue;
+            }
+            row[pair.at] = match pair.kind {
+                PairKind::Far(each) => sum * each,
+                PairKind::Between(scale) => sum * scale,
+                PairKind::Near(all) => exact(&patches.list[i], &patches.list[i + 1 + pair.at]) * sum / all,
+            } as f32;
+        }
+        row
+    }
+}
+
+/// Square metres: light that leaves one patch and meets the other, were nothing in between.
+fn exact(a: &Patch, b: &Patch) -> f64 {
+    let facets = |patch: &Patch| -> Vec<Facet> { patch.triangles.iter().map(Facet::new).collect() };
+    let others = facets(b);
+    facets(a).iter().flat_map(|t| others.iter().map(|u| pair::exchange(t, u))).sum()
 }
 
 /// Some of the other lies in front.
@@ -268,15 +333,22 @@ fn sees(patch: &Patch, other: &Patch) -> bool {
 
 /// A point of a patch: stratum k of n by area, anywhere in the triangle that it falls on.
 pub(super) fn point_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> DVec3 {
+    place_on(patch, k, n, random).0
+}
+
+/// The same with the scene's triangle that it is on.
+fn place_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> (DVec3, u32) {
     let mut left = (f64::from(k) + random.unit_f64()) / f64::from(n) * patch.area;
     let area = |t: &[DVec3; 3]| 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
-    let chosen = patch.triangles.iter().find(|t| {
+    let chosen = patch.triangles.iter().position(|t| {
         left -= area(t);
         left < 0.0
     });
-    let [a, b, c] = chosen.or(patch.triangles.last()).copied().unwrap_or([patch.center; 3]);
+    let chosen = chosen.unwrap_or(patch.triangles.len().saturating_sub(1));
+    let [a, b, c] = patch.triangles.get(chosen).copied().unwrap_or([patch.center; 3]);
+    let source = patch.sources.get(chosen).copied().unwrap_or(NO_TRIANGLE);
     let (root, across) = (random.unit_f64().sqrt(), random.unit_f64());
-    a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across)
+    (a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across), source)
 }
 
 /// Share of the light that leaves a patch and meets one.

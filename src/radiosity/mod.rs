@@ -12,6 +12,7 @@ pub mod kernel;
 pub mod order;
 pub mod pair;
 pub mod patches;
+pub mod sight;
 pub mod solve;
 pub mod spectrum;
 pub mod transfer;

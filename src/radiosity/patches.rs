@@ -42,6 +42,8 @@ const MOST_PIECES: usize = 1 << 24;
 pub struct Patch {
     /// Counter-clockwise from the front, world space, metres.
     pub triangles: Vec<[DVec3; 3]>,
+    /// Which of the scene's triangles each is a piece of, counted over all instances; empty where they are none.
+    pub sources: Vec<u32>,
     /// Square metres.
     pub area: f64,
     /// Middle of the area.
@@ -92,6 +94,7 @@ type Key = ([i64; 3], [i64; 3], i64, usize);
 /// A triangle of a patch to be.
 struct Piece {
     corners: [DVec3; 3],
+    source: u32,
     area: f64,
     normal: DVec3,
     reflectance: DVec3,
@@ -148,14 +151,17 @@ impl Patches {
             off_surface: 0.0,
         };
         let mut pieces = 0usize;
+        let mut first_triangle = 0u32;
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
             let material = &scene.materials[mesh.material];
+            let first = first_triangle;
+            first_triangle += (mesh.indices.len() / 3) as u32;
             if material.alpha == AlphaMode::Blend || material.unlit {
                 continue;
             }
             let placement = Placement::new(&instance.object_to_world, &DMat4::IDENTITY);
-            for vertices in mesh.indices.chunks_exact(3) {
+            for (index, vertices) in (first..).zip(mesh.indices.chunks_exact(3)) {
                 let vertices = [0, 1, 2].map(|k| vertices[k] as usize);
                 let corners = vertices.map(|v| {
                     let local = DVec3::from_array(mesh.positions[v].map(f64::from));
@@ -167,8 +173,16 @@ impl Patches {
                     patches.dropped += 1;
                     continue;
                 }
-                let source =
-                    Source { mesh, placement: &placement, textures: &textures, scene, occluders, vertices, corners };
+                let source = Source {
+                    mesh,
+                    placement: &placement,
+                    textures: &textures,
+                    scene,
+                    occluders,
+                    vertices,
+                    corners,
+                    index,
+                };
                 for weights in cut(&corners, longest) {
                     pieces += 1;
                     if pieces > MOST_PIECES {
@@ -314,6 +328,8 @@ struct Source<'a> {
     occluders: &'a Reference<'a>,
     vertices: [usize; 3],
     corners: [DVec3; 3],
+    /// Of the triangle, counted over all instances.
+    index: u32,
 }
 
 impl Source<'_> {
@@ -390,6 +406,7 @@ impl Source<'_> {
         }
         gathered.entry(key(center, normal, size, self.mesh.material)).or_default().push(Piece {
             corners: piece,
+            source: self.index,
             area,
             normal,
             reflectance: surface.base_color * (1.0 - surface.metallic),
@@ -437,6 +454,7 @@ fn patch(pieces: &[Piece]) -> Patch {
     let center = mean(&|piece| (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0);
     Patch {
         triangles: pieces.iter().map(|piece| piece.corners).collect(),
+        sources: pieces.iter().map(|piece| piece.source).collect(),
         area,
         center,
         normal: mean(&|piece| piece.normal).normalize_or_zero(),

@@ -336,9 +336,8 @@ impl Cell<'_> {
         };
         let mut any = None;
         let sides = (0..6).map(|side| {
-            of(Some(side)).unwrap_or_else(|| {
-                any.get_or_insert_with(|| of(None).unwrap_or(Tree::Patches(Vec::new()))).clone()
-            })
+            of(Some(side))
+                .unwrap_or_else(|| any.get_or_insert_with(|| of(None).unwrap_or(Tree::Patches(Vec::new()))).clone())
         });
         sides.collect()
     }

@@ -34,6 +34,19 @@ pub struct Bvh {
     order: Vec<u32>,
 }
 
+/// A node of [`Bvh::threaded`].
+#[derive(Debug, Clone, Copy)]
+pub struct Threaded<'a> {
+    /// Of its box.
+    pub min: DVec3,
+    /// Of its box.
+    pub max: DVec3,
+    /// Of a leaf; an inner node has none, and its first child follows it.
+    pub triangles: &'a [u32],
+    /// What is behind it and all below it.
+    pub next: usize,
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Node {
     min: DVec3,
@@ -53,6 +66,28 @@ impl Bvh {
         let mut build = Build { boxes, order, nodes: Vec::new() };
         build.run();
         Self { corners, nodes: build.nodes, order: build.order }
+    }
+
+    /// Nodes in the order of a walk that takes the first child first: box, triangles of a leaf, and the node that comes next where the box is missed.
+    pub fn threaded(&self) -> Vec<Threaded<'_>> {
+        let mut walk = Vec::with_capacity(self.nodes.len());
+        if !self.nodes.is_empty() {
+            self.thread(0, &mut walk);
+        }
+        walk
+    }
+
+    /// Adds a node and all below it. Their depth is bounded, see [`STACK`].
+    fn thread<'a>(&'a self, index: usize, walk: &mut Vec<Threaded<'a>>) {
+        let node = &self.nodes[index];
+        let (at, first) = (walk.len(), node.first as usize);
+        let leaf = if node.count > 0 { &self.order[first..first + node.count as usize] } else { &[] };
+        walk.push(Threaded { min: node.min, max: node.max, triangles: leaf, next: 0 });
+        if node.count == 0 {
+            self.thread(first, walk);
+            self.thread(first + 1, walk);
+        }
+        walk[at].next = walk.len();
     }
 
     /// The corners of a triangle, as given.

@@ -44,6 +44,7 @@ fn patch(at: [i64; 3], side: usize, pieces: &[&Piece], size: f64) -> Option<Patc
     let [a, b, c, d] = [center - u - v, center + u - v, center + u + v, center - u + v];
     Some(Patch {
         triangles: vec![[a, b, c], [a, c, d]],
+        sources: Vec::new(),
         area: size * size,
         center,
         normal,

@@ -100,6 +100,21 @@ impl Reference<'_> {
         self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
     }
 
+    /// The hierarchy of all triangles.
+    pub fn hierarchy(&self) -> &super::Bvh {
+        &self.bvh
+    }
+
+    /// Whether a triangle of the hierarchy stops light: wherever it is met, nowhere, or (none) where its mask says.
+    pub fn stops_light(&self, triangle: u32) -> Option<bool> {
+        let instance = &self.scene.instances[self.owners[triangle as usize].instance as usize];
+        match self.scene.materials[self.scene.meshes[instance.mesh].material].alpha {
+            AlphaMode::Opaque => Some(true),
+            AlphaMode::Blend => Some(false),
+            AlphaMode::Mask(_) => None,
+        }
+    }
+
     /// What stops light between two points: a point of its plane and the plane's normal, of unit length.
     pub fn blocked_by(&self, from: DVec3, to: DVec3) -> Option<[DVec3; 2]> {
         let way = to - from;
