@@ -61,6 +61,21 @@ fn r9_gathers_equal_their_twin() {
 }
 
 #[test]
+fn r10_r11_a_red_wall_and_a_bright_sun() {
+    run("radiosity_hard");
+}
+
+#[test]
+fn r17_moved_lights_are_as_if_they_had_always_been_there() {
+    run("radiosity_moving");
+}
+
+#[test]
+fn a_device_sees_what_the_cpu_sees() {
+    run("radiosity_sight");
+}
+
+#[test]
 fn light_of_patches_at_first_is_what_rays_find() {
     run("radiosity_direct");
 }

@@ -10,6 +10,9 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
 layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
 layout(set = 0, binding = 2, scalar) readonly buffer PointBlock { vec3 data[]; } patch_points;
+// Each frame goes on from the light of the frame before.
+layout(constant_id = 41) const bool FEEDBACK = false;
+layout(set = 0, binding = 46, scalar) readonly buffer KeptBlock { PatchLight data[]; } bounced_kept;
 layout(set = 0, binding = 6, scalar) writeonly buffer LightBlock { PatchLight data[]; } light;
 
 #include "shade.glsl"
@@ -50,6 +53,10 @@ void main() {
     }
     PatchData of = patches.data[patch_id];
     precise vec3 first = of.emission * PI + of.reflectance * (sum * (1.0 / float(PATCH_POINTS)));
-    precise vec3 sent = first * of.area;
-    light.data[patch_id] = PatchLight(vec4(0.0), vec4(0.0), vec4(sent, 0.0), vec4(first, 0.0));
+    vec3 known = vec3(0.0);
+    if (FEEDBACK) {
+        known = bounced_kept.data[patch_id].irradiance.rgb;
+    }
+    precise vec3 sent = (first + of.reflectance * known) * of.area;
+    light.data[patch_id] = PatchLight(vec4(known, 0.0), vec4(known, 0.0), vec4(sent, 0.0), vec4(first, 0.0));
 }

@@ -129,6 +129,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("radiosity_path", radiosity::radiosity_path),
     ("radiosity_moving", radiosity::radiosity_moving),
     ("radiosity_sight", radiosity::radiosity_sight),
+    ("radiosity_hard", radiosity::radiosity_hard),
     ("msaa", msaa::msaa),
     ("msaa_bar", msaa::msaa_bar),
     ("msaa_edges", msaa::msaa_edges),

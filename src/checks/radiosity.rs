@@ -1,5 +1,6 @@
 //! Bounced light on the device: against its twin bit for bit, against paths, in rooms whose answer is known, and behind walls.
 
+mod hard;
 mod moving;
 mod sight;
 
@@ -23,6 +24,7 @@ use crate::scene::view::View;
 use crate::scene::{Light, LightKind, Scene, builtin};
 use glam::DVec3;
 
+pub use hard::radiosity_hard;
 pub use moving::radiosity_moving;
 pub use sight::radiosity_sight;
 

@@ -22,6 +22,9 @@ pub struct GiArgs {
     /// How gathers of --gi radiosity are put together [default: chebyshev].
     #[arg(long, value_enum)]
     pub gi_iteration: Option<IterationArg>,
+    /// Each frame of --gi radiosity goes on from the light of the frame before, with one gather or --gi-gathers.
+    #[arg(long)]
+    pub gi_feedback: bool,
     /// What the matrix of --gi radiosity is read from [default: auto].
     #[arg(long, value_enum)]
     pub gi_path: Option<MatrixPathArg>,

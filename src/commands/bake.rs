@@ -14,7 +14,7 @@ use crate::cli::{self, CodecArg, PatchesFromArg};
 use crate::error::{Error, Result};
 use crate::gpu::{Options, pipeline_cache};
 use crate::radiosity::bake::{Bake, CodecName, PatchRule, Settings};
-use crate::radiosity::factors::RawRows;
+use crate::radiosity::factors::{MOST_PATCHES, RawRows};
 use crate::radiosity::order::Order;
 use crate::radiosity::patches::PatchSource;
 use crate::radiosity::sight::Sight;
@@ -171,6 +171,13 @@ fn make(
     let count = patches.list.len();
     if count == 0 {
         return Err(Error::new(format!("{}: no surface reflects light between patches", scene.name)));
+    }
+    if count > MOST_PATCHES {
+        let size = patches.size;
+        return Err(Error::new(format!(
+            "{}: {count} patches of {size:.3} m, at most {MOST_PATCHES} have a matrix here",
+            scene.name
+        )));
     }
     timed("patches", start);
     let start = Instant::now();

@@ -260,7 +260,10 @@ pub fn request(shared: &Shared) -> Result<Request> {
 fn gi(args: &GiArgs) -> Result<Gi> {
     let of_paths = args.spp.is_some() || args.gi_seed.is_some();
     let of_iteration = args.gi_gathers.is_some() || args.gi_tolerance.is_some() || args.gi_iteration.is_some();
-    let of_gathers = of_iteration || args.gi_path.is_some();
+    let of_gathers = of_iteration || args.gi_path.is_some() || args.gi_feedback;
+    if args.gi_feedback && (args.gi_tolerance.is_some() || args.gi_iteration.is_some()) {
+        return Err(Error::usage("--gi-feedback gathers --gi-gathers times a frame, bounce by bounce"));
+    }
     match args.gi {
         GiArg::Path => {}
         _ if of_paths => return Err(Error::usage("--spp and --gi-seed are options of --gi path")),
@@ -281,8 +284,11 @@ fn gi(args: &GiArgs) -> Result<Gi> {
                 Some(MatrixPathArg::Sampled) => MatrixPath::Sampled,
             },
             thread_rows: false,
+            feedback: args.gi_feedback,
         })),
-        _ if of_gathers => Err(Error::usage("--gi-gathers and --gi-tolerance are options of --gi radiosity")),
+        _ if of_gathers => Err(Error::usage(
+            "--gi-gathers, --gi-tolerance, --gi-iteration, --gi-path and --gi-feedback are options of --gi radiosity",
+        )),
         GiArg::Off => Ok(Gi::Off),
         GiArg::Path => Ok(Gi::Path { paths: args.spp.unwrap_or(Gi::PATHS), seed: args.gi_seed.unwrap_or(Gi::SEED) }),
     }

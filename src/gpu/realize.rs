@@ -97,7 +97,7 @@ fn create_buffers(device: &Arc<Device>, graph: &Graph) -> Result<Vec<Buffer>> {
     for (index, info) in graph.buffers.iter().enumerate() {
         let resource = Resource::Buffer(BufferHandle(index as u32));
         let mut usage = accesses(graph, resource).fold(vk::BufferUsageFlags::empty(), |u, a| u | buffer_usage(a));
-        if info.lifetime == Lifetime::Static || usage.is_empty() {
+        if matches!(info.lifetime, Lifetime::Static | Lifetime::Kept) || usage.is_empty() {
             usage |= vk::BufferUsageFlags::TRANSFER_DST;
         }
         let location =

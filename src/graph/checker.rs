@@ -143,7 +143,7 @@ impl Checker<'_> {
                 Resource::Image(i) => (graph.image_info(i).lifetime, true),
                 Resource::Buffer(b) => (graph.buffer_info(b).lifetime, false),
             };
-            let filled = lifetime == Lifetime::Static;
+            let filled = matches!(lifetime, Lifetime::Static | Lifetime::Kept);
             let layout = if filled && image { ImageLayout::SHADER_READ_ONLY_OPTIMAL } else { ImageLayout::UNDEFINED };
             Cell { past: Vec::new(), layout, defined: filled }
         })

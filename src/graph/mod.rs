@@ -45,6 +45,8 @@ pub enum Resource {
 pub enum Lifetime {
     /// Made for this graph; its contents need not survive, its last access carries over into the next frame.
     Transient,
+    /// A buffer, made and filled with zeros before, that keeps what the graph writes from frame to frame.
+    Kept,
     /// Made and filled before, only read here; images are in `SHADER_READ_ONLY_OPTIMAL`.
     Static,
     /// Written by the graph, mapped for the host.

@@ -23,7 +23,11 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
     let Some(bounced) = &plan.bounced else { return };
     let fixed = Lifetime::Static;
     let light_bytes = (bounced.patches.len() * size_of::<PatchLight>()) as u64;
-    let mut lights = ["patch_light", "patch_light_2"].map(|name| graph.buffer(name, light_bytes, Lifetime::Transient));
+    let two = bounced.steps.len() > 1 || !bounced.feedback;
+    let names: &[&str] = if two { &["patch_light", "patch_light_2"] } else { &["patch_light"] };
+    let mut lights: Vec<BufferHandle> =
+        names.iter().map(|name| graph.buffer(name, light_bytes, Lifetime::Transient)).collect();
+    let kept = bounced.feedback.then(|| graph.buffer("patch_light_kept", light_bytes, Lifetime::Kept));
     let mut of = BouncedHandles {
         places: graph.buffer("bounced_places", bounced.places.len() as u64 * 16, fixed),
         words: graph.word_buffer("bounced_words", bounced.bake.transfer.words.len() as u64 * 4, fixed),
@@ -37,20 +41,23 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
             .map(|image| graph.image("patch_matrix_image", image_format(image.format), [image.side; 2], fixed)),
         light: lights[0],
     };
-    patch_light::add(graph, plan, scene, &of, lights[0]);
+    patch_light::add(graph, plan, scene, &of, (lights[0], kept));
     for (step, &[share, weight]) in bounced.steps.iter().enumerate() {
+        let last = step + 1 == bounced.steps.len();
+        let after = kept.filter(|_| last).unwrap_or_else(|| lights[lights.len() - 1]);
+        let ends = [lights[0], after];
         let work = match bounced.matrix.parts {
-            Parts::Gather(push) => gather(bounced, &of, lights, GatherPush { step: share, weight, ..push }),
-            Parts::Product(push) => patch_product::work(bounced, &of, lights, push),
+            Parts::Gather(push) => gather(bounced, &of, ends, GatherPush { step: share, weight, ..push }),
+            Parts::Product(push) => patch_product::work(bounced, &of, ends, push),
         };
         let name = match bounced.matrix.parts {
             Parts::Gather(_) => format!("patch_gather_{step}"),
             Parts::Product(_) => "patch_product".into(),
         };
         graph.add(&name, work);
-        lights.swap(0, 1);
+        lights.reverse();
     }
-    of.light = lights[0];
+    of.light = kept.unwrap_or(lights[0]);
     scene.bounced = Some(of);
 }
 

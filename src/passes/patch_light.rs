@@ -13,8 +13,14 @@ use crate::plan::Plan;
 use crate::shaders::radiosity::patch_light;
 use crate::shared::{MOST_GROUPS, PATCH_POINTS, PatchPush, SHADING_LAMBERT};
 
-/// Adds the pass.
-pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, of: &BouncedHandles, light: BufferHandle) {
+/// Adds the pass; `kept` is the light of the frame before, where gathers go on from it.
+pub fn add(
+    graph: &mut Graph,
+    plan: &Plan,
+    scene: &SceneHandles,
+    of: &BouncedHandles,
+    (light, kept): (BufferHandle, Option<BufferHandle>),
+) {
     let constants = light_constants(plan);
     let count = plan.bounced.as_ref().map_or(0, |bounced| bounced.patches.len() as u32);
     let set = patch_light::Bindings {
@@ -22,6 +28,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, of: &BouncedHan
         patches: ComputeStorageRead(of.patches),
         patch_points: ComputeStorageRead(of.points),
         light: ComputeStorageWrite(light),
+        bounced_kept: kept.map(ComputeStorageRead),
         lights_storage: ComputeStorageRead(scene.lights),
         lights_uniform: ComputeUniform(scene.lights),
         lights_texel: ComputeTexel(scene.lights),
@@ -33,6 +40,7 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &SceneHandles, of: &BouncedHan
         bounced_light: None,
     };
     let spec = patch_light::Spec {
+        FEEDBACK: kept.is_some(),
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,

@@ -43,6 +43,8 @@ pub struct Bounced {
     pub matrix: Matrix,
     /// A thread adds a row by itself.
     pub thread_rows: bool,
+    /// Gathers go on from the light of the frame before.
+    pub feedback: bool,
     /// Threads of a group, a power of two of at least four.
     pub lanes: u32,
     /// Cells and lists are more words than a texel buffer holds: shading reads them from a storage buffer.
@@ -58,7 +60,7 @@ impl Bounced {
     /// # Errors
     /// No bake; a matrix or a grid that this device does not bind.
     pub(super) fn new(request: &Request, view: &View, limits: &Limits) -> Result<Decision> {
-        let Gi::Radiosity(Gathering { gathers, tolerance, iteration, path, thread_rows }) = request.gi else {
+        let Gi::Radiosity(Gathering { gathers, tolerance, iteration, path, thread_rows, feedback }) = request.gi else {
             return Ok((None, format!("--gi {}", request.gi.name())));
         };
         let surfaces = request.debug_view.is_some_and(super::DebugView::of_surfaces);
@@ -74,7 +76,20 @@ impl Bounced {
             return Ok((None, why));
         }
         let Spectrum { smallest, largest } = bake.spectrum;
-        let (steps, how) = if bake.settings.codec.is_summed() {
+        if feedback && bake.settings.codec.is_summed() {
+            let codec = bake.settings.codec.name();
+            return Err(Error::usage(format!(
+                "--gi-feedback: bounces are summed in {codec}, nothing is left to the next frame"
+            )));
+        }
+        let (steps, how) = if feedback {
+            let count = gathers.unwrap_or(1);
+            let a_frame = largest.max(-smallest).powi(count as i32);
+            let how = format!(
+                "{count} gathers a frame on top of the light of the frame before; after each at most {a_frame:.3} of what light had changed is left"
+            );
+            (steps(Iteration::Neumann, smallest, largest, count), how)
+        } else if bake.settings.codec.is_summed() {
             let bounces = bake.settings.bounces.map_or("all".into(), |count| count.to_string());
             (vec![[1.0; 2]], format!("one product, {bounces} bounces are summed in it"))
         } else {
@@ -98,6 +113,7 @@ impl Bounced {
             matrix,
             lanes: limits.subgroup_size.clamp(LEAST_LANES, shared::GATHER_LANES).next_power_of_two(),
             thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
+            feedback,
             words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
             bake,
         };
@@ -130,7 +146,8 @@ impl Bounced {
 
     /// Bytes of all buffers of bounced light.
     pub fn bytes(&self) -> u64 {
-        let light = 2 * size_of::<PatchLight>() * self.patches.len();
+        let buffers = if self.feedback && self.steps.len() > 1 { 3 } else { 2 };
+        let light = buffers * size_of::<PatchLight>() * self.patches.len();
         let texels = 16 * self.places.len() + 12 * self.points.len();
         let words = 4 * self.bake.transfer.words.len();
         self.matrix.bytes() + (light + texels + words + size_of_val(self.patches.as_slice())) as u64

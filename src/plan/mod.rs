@@ -236,7 +236,12 @@ impl Plan {
             light_parts: LightParts::WHOLE,
             shadows,
             transparency: None,
-            shadow_update: request.shadow_update,
+            // What goes on from frame to frame runs in each.
+            shadow_update: if bounced.as_ref().is_some_and(|b| b.feedback) {
+                ShadowUpdate::Frame
+            } else {
+                request.shadow_update
+            },
             lights_move: request.lights_move,
             gi: request.gi,
             bounced,

@@ -282,13 +282,13 @@ impl PendingRow {
         let mut all = 0.0;
         for k in 0..samples {
             let (from, own) = place_on(a, k, samples, random);
-            let (to, others) = place_on(b, (k * 7 + 3) % samples, samples, random);
-            let weight = if far { 1.0 } else { point_kernel(from, a.normal, to, b.normal) };
+            let (to, other) = place_on(b, (k * 7 + 3) % samples, samples, random);
+            let weight = if far { 1.0 } else { point_kernel(from, a.looks(own), to, b.looks(other)) };
             // What would exchange nothing needs no look.
             if weight > 0.0 {
                 all += weight;
                 self.weights.push(weight);
-                self.segments.push(Segment { from, to, triangles: [own, others] });
+                self.segments.push(Segment { from, to, triangles: [a.source(own), b.source(other)] });
             }
         }
         self.counted[3] += (self.segments.len() - first) as u64;
@@ -325,8 +325,24 @@ fn exact(a: &Patch, b: &Patch) -> f64 {
     facets(a).iter().flat_map(|t| others.iter().map(|u| pair::exchange(t, u))).sum()
 }
 
-/// Some of the other lies in front.
+impl Patch {
+    /// Which way one of its triangles looks.
+    fn looks(&self, triangle: usize) -> DVec3 {
+        let of = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).normalize_or_zero();
+        self.triangles.get(triangle).map_or(self.normal, of)
+    }
+
+    /// The scene's triangle that one of its own is a piece of.
+    fn source(&self, triangle: usize) -> u32 {
+        self.sources.get(triangle).copied().unwrap_or(NO_TRIANGLE)
+    }
+}
+
+/// Some of the other may lie in front.
 fn sees(patch: &Patch, other: &Patch) -> bool {
+    if !patch.flat {
+        return true;
+    }
     let slack = 1e-9 * (patch.radius + other.radius);
     other.triangles.iter().flatten().any(|p| (*p - patch.center).dot(patch.normal) > slack)
 }
@@ -336,8 +352,8 @@ pub(super) fn point_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> DV
     place_on(patch, k, n, random).0
 }
 
-/// The same with the scene's triangle that it is on.
-fn place_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> (DVec3, u32) {
+/// The same with the patch's triangle that it is on.
+fn place_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> (DVec3, usize) {
     let mut left = (f64::from(k) + random.unit_f64()) / f64::from(n) * patch.area;
     let area = |t: &[DVec3; 3]| 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
     let chosen = patch.triangles.iter().position(|t| {
@@ -346,9 +362,8 @@ fn place_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> (DVec3, u32) 
     });
     let chosen = chosen.unwrap_or(patch.triangles.len().saturating_sub(1));
     let [a, b, c] = patch.triangles.get(chosen).copied().unwrap_or([patch.center; 3]);
-    let source = patch.sources.get(chosen).copied().unwrap_or(NO_TRIANGLE);
     let (root, across) = (random.unit_f64().sqrt(), random.unit_f64());
-    (a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across), source)
+    (a * (1.0 - root) + b * (root * (1.0 - across)) + c * (root * across), chosen)
 }
 
 /// Share of the light that leaves a patch and meets one.

@@ -227,6 +227,7 @@ pub fn load(folder: &Path, fingerprint: &str) -> Result<Bake> {
         .chunks_exact(PATCH_NUMBERS)
         .map(|n| Patch {
             sources: Vec::new(),
+            flat: false,
             triangles: Vec::new(),
             center: DVec3::new(n[0], n[1], n[2]),
             normal: DVec3::new(n[3], n[4], n[5]),

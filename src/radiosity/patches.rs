@@ -1,41 +1,28 @@
 //! Patches from the triangles themselves: pieces of triangles no longer than a patch is wide, gathered by where they lie, which way they look, in
 //! which plane and of what they are made. Areas are true, reflectance and emission are means over the area.
 
-use std::collections::BTreeMap;
-
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::reference::render::Reference;
-use crate::reference::surface::{Face, Fragment, Placement, Weights};
-use crate::reference::texture::Textures;
-use crate::scene::{AlphaMode, Material, Mesh, Scene};
+use crate::scene::{AlphaMode, Scene};
 
 mod air;
 mod join;
+mod pieces;
 mod voxels;
 
-/// Directions that are told apart along each axis of a normal.
-const NORMAL_STEPS: f64 = 6.0;
-/// Planes that are told apart in the width of a patch.
-const PLANE_STEPS: f64 = 8.0;
+use pieces::{Gathered, Piece};
+
 /// Keeps planes and corners of models off the boundaries of cells.
 const OFF_GRID: f64 = 0.137;
-/// A piece that is partly inside of something, or that something stands on, is halved until it is so much narrower than a patch.
-const BURIED_STEPS: f64 = 12.0;
-/// Share of the way from the middle of a piece to a corner at which it is looked at.
-const INSET: f64 = 0.98;
-/// Of the width of a patch: what stands so close above a piece cuts it.
-const CUT_LIFT: f64 = 0.01;
 /// Of the width of a patch: so far above a surface pieces have to see each other.
 const LIFT: f64 = 0.05;
 /// Widths that are tried for a number of patches.
 const TRIES: usize = 8;
-/// Rays, all of which meet nothing but backs from a place inside of something.
-const BURIED_RAYS: u32 = 16;
-/// Pieces that a scene may come to.
-const MOST_PIECES: usize = 1 << 24;
+/// Of its radius: what lies so close to the plane of a patch lies in it.
+const FLAT: f64 = 1e-9;
 
 /// A piece of a surface whose light is one number a channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +39,8 @@ pub struct Patch {
     pub normal: DVec3,
     /// From the middle to the farthest corner, metres.
     pub radius: f64,
+    /// All of it lies in one plane.
+    pub flat: bool,
     /// Linear RGB, `base * (1 - metallic)`.
     pub reflectance: DVec3,
     /// Linear RGB radiance.
@@ -87,21 +76,6 @@ pub enum PatchSource {
     /// Sides of the cubes of a grid that surfaces pass through, as in the thesis.
     Voxels,
 }
-
-/// Cell, direction, plane within the cell, and material.
-type Key = ([i64; 3], [i64; 3], i64, usize);
-
-/// A triangle of a patch to be.
-struct Piece {
-    corners: [DVec3; 3],
-    source: u32,
-    area: f64,
-    normal: DVec3,
-    reflectance: DVec3,
-    emission: DVec3,
-}
-
-type Gathered = BTreeMap<Key, Vec<Piece>>;
 
 impl Patches {
     /// Patches about `size` metres wide; `occluders` are of the same scene, seen from [`View::of_world`](crate::scene::view::View::of_world). Blended surfaces let light through and unlit ones have none to give: neither has patches.
@@ -139,59 +113,17 @@ impl Patches {
         if !(size.is_finite() && size > 0.0) {
             return Err(Error::usage(format!("patches of {size} m have no size")));
         }
-        let textures = Textures::new(scene)?;
-        let mut gathered = Gathered::new();
+        let found = pieces::of(scene, occluders, size, longest)?;
         let mut patches = Self {
             list: Vec::new(),
             size,
-            triangles: 0,
-            dropped: 0,
-            buried: 0.0,
+            triangles: found.triangles,
+            dropped: found.dropped,
+            buried: found.buried,
             surface: (0.0, DVec3::ZERO),
             off_surface: 0.0,
         };
-        let mut pieces = 0usize;
-        let mut first_triangle = 0u32;
-        for instance in &scene.instances {
-            let mesh = &scene.meshes[instance.mesh];
-            let material = &scene.materials[mesh.material];
-            let first = first_triangle;
-            first_triangle += (mesh.indices.len() / 3) as u32;
-            if material.alpha == AlphaMode::Blend || material.unlit {
-                continue;
-            }
-            let placement = Placement::new(&instance.object_to_world, &DMat4::IDENTITY);
-            for (index, vertices) in (first..).zip(mesh.indices.chunks_exact(3)) {
-                let vertices = [0, 1, 2].map(|k| vertices[k] as usize);
-                let corners = vertices.map(|v| {
-                    let local = DVec3::from_array(mesh.positions[v].map(f64::from));
-                    instance.object_to_world.transform_point3(local)
-                });
-                patches.triangles += 1;
-                let doubled = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
-                if !(doubled > 0.0 && doubled.is_finite()) {
-                    patches.dropped += 1;
-                    continue;
-                }
-                let source = Source {
-                    mesh,
-                    placement: &placement,
-                    textures: &textures,
-                    scene,
-                    occluders,
-                    vertices,
-                    corners,
-                    index,
-                };
-                for weights in cut(&corners, longest) {
-                    pieces += 1;
-                    if pieces > MOST_PIECES {
-                        return Err(Error::new(format!("{}: patches of {size} m are too many", scene.name)));
-                    }
-                    patches.buried += source.gather(&weights, size, &mut gathered);
-                }
-            }
-        }
+        let gathered = found.gathered;
         let all = || gathered.values().flatten();
         let area: f64 = all().map(|piece| piece.area).sum();
         let reflected: DVec3 = all().map(|piece| piece.reflectance * piece.area).sum();
@@ -234,6 +166,11 @@ impl Patches {
                 break;
             }
             size = match bracket {
+                // Numbers are about a power of widths.
+                [Some((small, more)), Some((large, fewer))] if fewer > 0 => {
+                    let [more, fewer, wanted] = [more, fewer, count].map(|n| (n as f64).ln());
+                    small * (large / small).powf(((more - wanted) / (more - fewer)).clamp(0.1, 0.9))
+                }
                 [Some((small, _)), Some((large, _))] => (small * large).sqrt(),
                 // As many as there are squares of that width, about.
                 _ => size * (found.max(1) as f64 / count as f64).sqrt().clamp(0.5, 2.0),
@@ -282,139 +219,6 @@ fn area_of(scene: &Scene) -> f64 {
     area
 }
 
-/// Where a piece belongs.
-fn key(center: DVec3, normal: DVec3, size: f64, material: usize) -> Key {
-    let cell = (center / size + OFF_GRID).floor();
-    let code = (normal * NORMAL_STEPS + OFF_GRID).round().to_array().map(|x| x as i64);
-    let plane = (normal.dot(center / size + OFF_GRID - cell) * PLANE_STEPS + OFF_GRID).round() as i64;
-    (cell.to_array().map(|x| x as i64), code, plane, material)
-}
-
-/// Barycentric corners of the pieces of a triangle, each cut across its longest edge until that is no longer than `size`.
-fn cut(corners: &[DVec3; 3], size: f64) -> Vec<[DVec3; 3]> {
-    let mut open = vec![[DVec3::X, DVec3::Y, DVec3::Z]];
-    let mut pieces = Vec::new();
-    while let Some(weights) = open.pop() {
-        if longest(&placed(corners, &weights)) <= size || pieces.len() + open.len() > MOST_PIECES {
-            pieces.push(weights);
-        } else {
-            open.extend(halves(corners, &weights));
-        }
-    }
-    pieces
-}
-
-/// Where barycentric corners are.
-fn placed(corners: &[DVec3; 3], weights: &[DVec3; 3]) -> [DVec3; 3] {
-    weights.map(|w| corners[0] * w.x + corners[1] * w.y + corners[2] * w.z)
-}
-
-/// Both parts of a piece, cut across its longest edge; barycentric corners.
-fn halves(corners: &[DVec3; 3], &[a, b, c]: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
-    let [p, q, r] = placed(corners, &[a, b, c]);
-    let lengths = [p.distance(q), q.distance(r), r.distance(p)];
-    let longest = (0..3).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
-    let [p, q, r] = [[a, b, c], [b, c, a], [c, a, b]][longest];
-    let middle = (p + q) * 0.5;
-    [[p, middle, r], [middle, q, r]]
-}
-
-/// A triangle that is cut.
-struct Source<'a> {
-    mesh: &'a Mesh,
-    placement: &'a Placement,
-    textures: &'a Textures,
-    scene: &'a Scene,
-    occluders: &'a Reference<'a>,
-    vertices: [usize; 3],
-    corners: [DVec3; 3],
-    /// Of the triangle, counted over all instances.
-    index: u32,
-}
-
-impl Source<'_> {
-    /// Adds a piece to its cell, and its back where it has one, but for what lies inside of something: square metres of that.
-    fn gather(&self, weights: &[DVec3; 3], size: f64, gathered: &mut Gathered) -> f64 {
-        let mut buried = 0.0;
-        for back in [false, true] {
-            if back && !self.material().double_sided {
-                continue;
-            }
-            let mut open = vec![*weights];
-            while let Some(weights) = open.pop() {
-                let piece = self.piece(&weights, back);
-                let (area, normal) = area_and_normal(&piece);
-                if area == 0.0 {
-                    continue;
-                }
-                let middle = (piece[0] + piece[1] + piece[2]) / 3.0;
-                let places =
-                    [middle, middle.lerp(piece[0], INSET), middle.lerp(piece[1], INSET), middle.lerp(piece[2], INSET)];
-                let inside = places.map(|place| self.is_buried(place, normal));
-                let above = places.map(|place| place + normal * (CUT_LIFT * size));
-                let cut_through = above[1..].iter().any(|place| self.occluders.is_blocked(above[0], *place));
-                let mixed = cut_through || inside.iter().any(|x| *x != inside[0]);
-                if mixed && longest(&piece) > size / BURIED_STEPS {
-                    open.extend(halves(&self.corners, &weights));
-                } else if inside[0] || cut_through {
-                    buried += area;
-                } else {
-                    self.add(&weights, back, size, gathered);
-                }
-            }
-        }
-        buried
-    }
-
-    fn material(&self) -> &Material {
-        &self.scene.materials[self.mesh.material]
-    }
-
-    /// World space, counter-clockwise from the side that is meant, first the corner that comes first in the weights.
-    fn piece(&self, weights: &[DVec3; 3], back: bool) -> [DVec3; 3] {
-        let mut piece = placed(&self.corners, weights);
-        if self.placement.mirrored != back {
-            piece.swap(1, 2);
-        }
-        piece
-    }
-
-    /// Whatever leaves the place meets nothing but backs.
-    fn is_buried(&self, place: DVec3, normal: DVec3) -> bool {
-        let side = BURIED_RAYS.isqrt();
-        (0..side * side).all(|k| self.occluders.meets_a_back(place, by_cosine(normal, k, side, [0.5; 2])))
-    }
-
-    fn add(&self, weights: &[DVec3; 3], back: bool, size: f64, gathered: &mut Gathered) {
-        let piece = self.piece(weights, back);
-        let (area, normal) = area_and_normal(&piece);
-        let center = (piece[0] + piece[1] + piece[2]) / 3.0;
-        let at = (weights[0] + weights[1] + weights[2]) / 3.0;
-        let fragment = Fragment {
-            mesh: self.mesh,
-            material: self.material(),
-            placement: self.placement,
-            textures: self.textures,
-            vertices: self.vertices,
-            weights: Weights { at, dx: DVec3::ZERO, dy: DVec3::ZERO },
-            face: Face { front: if back { -normal } else { normal }, back },
-            to_viewer: normal,
-        };
-        let surface = fragment.surface(center);
-        if matches!(self.material().alpha, AlphaMode::Mask(cutoff) if surface.alpha < f64::from(cutoff)) {
-            return;
-        }
-        gathered.entry(key(center, normal, size, self.mesh.material)).or_default().push(Piece {
-            corners: piece,
-            source: self.index,
-            area,
-            normal,
-            reflectance: surface.base_color * (1.0 - surface.metallic),
-            emission: surface.emissive,
-        });
-    }
-}
-
 fn area_and_normal([a, b, c]: &[DVec3; 3]) -> (f64, DVec3) {
     let doubled = (*b - *a).cross(*c - *a);
     (0.5 * doubled.length(), doubled.normalize_or_zero())
@@ -452,13 +256,17 @@ fn patch(pieces: &[Piece]) -> Patch {
     let area: f64 = pieces.iter().map(|piece| piece.area).sum();
     let mean = |of: &dyn Fn(&Piece) -> DVec3| pieces.iter().map(|piece| of(piece) * piece.area).sum::<DVec3>() / area;
     let center = mean(&|piece| (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0);
+    let normal = mean(&|piece| piece.normal).normalize_or_zero();
+    let radius = pieces.iter().flat_map(|piece| piece.corners).map(|p| p.distance(center)).fold(0.0, f64::max);
+    let in_plane = |p: &DVec3| (*p - center).dot(normal).abs() <= FLAT * radius;
     Patch {
+        flat: pieces.iter().flat_map(|piece| &piece.corners).all(in_plane),
         triangles: pieces.iter().map(|piece| piece.corners).collect(),
         sources: pieces.iter().map(|piece| piece.source).collect(),
         area,
         center,
-        normal: mean(&|piece| piece.normal).normalize_or_zero(),
-        radius: pieces.iter().flat_map(|piece| piece.corners).map(|p| p.distance(center)).fold(0.0, f64::max),
+        normal,
+        radius,
         reflectance: mean(&|piece| piece.reflectance),
         emission: mean(&|piece| piece.emission),
     }

@@ -7,6 +7,7 @@ use bytemuck::{bytes_of, cast_slice};
 use crate::error::Result;
 use crate::gpu::Device;
 use crate::gpu::realize::Realized;
+use crate::graph::Lifetime;
 use crate::math::icosphere;
 use crate::passes::{Frame, SceneHandles};
 use crate::plan::gbuffer::depth_terms;
@@ -140,6 +141,11 @@ pub(super) fn scene(
         if let (Some(image), Some(handle)) = (&bounced.matrix.image, of.matrix_image) {
             let levels = [(image.side, image.side, image.bytes.as_slice())];
             uploader.image(queue, realized.image(handle), &levels)?;
+        }
+    }
+    for (info, buffer) in frame.graph.buffers.iter().zip(&realized.buffers) {
+        if info.lifetime == Lifetime::Kept {
+            uploader.buffer(queue, buffer, &vec![0; info.bytes as usize])?;
         }
     }
     upload_shapes(&mut uploader, queue, realized, handles)?;

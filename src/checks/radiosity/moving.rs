@@ -1,13 +1,17 @@
 //! A sun that turns and a lamp that is switched, in a picture that was prepared once.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::{Row, baked, lamp, request};
 use crate::checks::lists::radiance_of;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::graph::log::Event;
-use crate::plan::{Plan, Request, Technique};
-use crate::radiosity::bake::CodecName;
+use crate::passes;
+use crate::plan::{Gathering, Gi, Plan, Request, Technique};
+use crate::radiosity::Patch;
+use crate::radiosity::bake::{Bake, CodecName};
 use crate::renderer::{Prepared, Renderer};
 use crate::scene::{Light, LightKind, Scene, builtin};
 
@@ -99,6 +103,7 @@ pub fn radiosity_moving(renderer: &Renderer) -> Result<Vec<Row>> {
             "faults",
         ));
     }
+    feedback(renderer, &mut scene, &mut rows)?;
     Ok(rows)
 }
 
@@ -122,4 +127,70 @@ fn prepared_alone(renderer: &Renderer, scene: &mut Scene, request: &Request) -> 
         prepared.draw(2)?;
     }
     Ok(renderer.device().objects_made() - made)
+}
+
+/// Frames in which light settles, and in which it goes out.
+const FRAMES: i32 = 40;
+
+/// R17: with a gather a frame light settles to that of all gathers, and what a lamp leaves that went out decays by the largest eigenvalue a frame.
+fn feedback(renderer: &Renderer, scene: &mut Scene, rows: &mut Vec<Row>) -> Result<()> {
+    scene.materials.iter_mut().for_each(|material| material.emissive = [0.0; 3]);
+    let bake: &Arc<Bake> = &baked(scene, 150, CodecName::ZeroBlock)?;
+    let limits = renderer.limits();
+    let gathering = Gathering { feedback: true, ..Gathering::default() };
+    let base = request(bake, Technique::Forward);
+    let moving = Request { lights_move: true, shadow_size: 256, gi: Gi::Radiosity(gathering), ..base.clone() };
+    let exact = Gathering { tolerance: 1e-6, ..Gathering::default() };
+    let settled = Request { gi: Gi::Radiosity(exact), lights_move: true, shadow_size: 256, ..base };
+    scene.lights[0].direction = toward(0.0);
+    scene.lights[1].intensity = BRIGHT;
+    let mut plan = Plan::new(scene, &moving, &limits)?;
+    let mut prepared = renderer.prepare_frame(scene, &plan, passes::patch_frame(&plan))?;
+    prepared.draw(FRAMES as usize)?;
+    let bright = irradiance(&mut prepared)?;
+    let right = {
+        let plan = Plan::new(scene, &settled, &limits)?;
+        let mut prepared = renderer.prepare_frame(scene, &plan, passes::patch_frame(&plan))?;
+        prepared.draw(1)?;
+        irradiance(&mut prepared)?
+    };
+    let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect()
+    };
+    let norm = |light: &[[f64; 3]]| -> f64 {
+        let of = |(e, patch): (&[f64; 3], &Patch)| -> f64 {
+            (0..3).map(|c| e[c] * e[c] * patch.reflectance[c] * patch.area).sum()
+        };
+        light.iter().zip(&bake.patches.list).map(of).sum::<f64>().sqrt()
+    };
+    let off = norm(&apart(&bright, &right)) / norm(&right);
+    rows.push(Row::at_most("light that settles over 40 frames against all gathers", off, 1e-4));
+    // Under no light at all.
+    for light in &mut scene.lights {
+        light.intensity = 0.0;
+    }
+    plan = plan.relit(scene, &moving, &limits)?;
+    prepared.relight_frame(&plan, passes::patch_frame(&plan))?;
+    let (mut before, mut worst, mut last) = (norm(&bright), 0f64, f64::NAN);
+    for _ in 0..FRAMES / 2 {
+        prepared.draw(1)?;
+        last = norm(&irradiance(&mut prepared)?);
+        worst = worst.max(last / before);
+        before = last;
+    }
+    rows.push(Row::at_most("R17 light that went out, a frame", worst, bake.spectrum.largest * 1.001));
+    rows.push(Row::at_most(
+        "R17 light of 10,000 candela after 20 dark frames",
+        last / norm(&bright),
+        bake.spectrum.largest.powi(FRAMES / 2) * 1.01,
+    ));
+    rows.push(Row::none("light that settles: every access ordered", prepared.check().len(), "not ordered"));
+    Ok(())
+}
+
+/// Lux by patch.
+fn irradiance(prepared: &mut Prepared) -> Result<Vec<[f64; 3]>> {
+    let picture = prepared.read_back()?;
+    let values = picture.layer("patch_light").ok_or_else(|| Error::new("no light of patches was read back"))?;
+    Ok(values.chunks_exact(16).map(|p| std::array::from_fn(|c| f64::from(p[c]))).collect())
 }

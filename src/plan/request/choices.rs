@@ -274,6 +274,8 @@ pub struct Gathering {
     pub path: MatrixPath,
     /// A thread adds a row by itself, as in the thesis, instead of a group four of them; only where elements have 32 bits.
     pub thread_rows: bool,
+    /// Each frame goes on from the light of the frame before, with as many gathers as are asked for, or one: light settles over some frames.
+    pub feedback: bool,
 }
 
 impl Gathering {
@@ -289,6 +291,7 @@ impl Default for Gathering {
             iteration: Iteration::Chebyshev,
             path: MatrixPath::Auto,
             thread_rows: false,
+            feedback: false,
         }
     }
 }

@@ -16,6 +16,8 @@ const ALIKE: f64 = 0.4;
 
 /// Of the square of a patch's width: what is smaller is an ornament, which joins others of its cell as long as no wall parts them, seen or not.
 const ORNAMENT: f64 = 0.05;
+/// Of the same: what has grown so large takes no more of them in.
+const MOST: f64 = 1.5;
 /// Least cosine between directions of ornaments that are joined.
 const ORNAMENTS_ALIKE: f64 = 0.1;
 
@@ -37,23 +39,55 @@ pub(super) fn joined(gathered: Gathered, occluders: &Reference, size: f64) -> Ve
         .into_par_iter()
         .map(|(key, pieces)| (key.0, parted(pieces, occluders, size)))
         .collect();
-    let (mut patches, mut small): (Vec<Vec<Piece>>, BTreeMap<Place, Vec<Part>>) = (Vec::new(), BTreeMap::new());
+    let mut places: BTreeMap<Place, Vec<Part>> = BTreeMap::new();
     for (cell, parts) in parts {
         for pieces in parts {
             let part = Part::new(pieces, size);
-            if part.area < LEAST * size * size {
-                let emits = part.pieces.iter().any(|piece| piece.emission.max_element() > 0.0);
-                small.entry((cell, part.side(), emits)).or_default().push(part);
-            } else {
-                patches.push(part.pieces);
-            }
+            let emits = part.pieces.iter().any(|piece| piece.emission.max_element() > 0.0);
+            places.entry((cell, part.side(), emits)).or_default().push(part);
         }
     }
-    let groups: Vec<(Place, Vec<Part>)> = small.into_iter().collect();
-    let more: Vec<Vec<Vec<Piece>>> =
-        groups.into_par_iter().map(|((cell, ..), parts)| grown(cell, parts, occluders, size)).collect();
-    patches.extend(more.into_iter().flatten());
-    patches
+    let places: Vec<(Place, Vec<Part>)> = places.into_iter().collect();
+    let grown: Vec<(Place, Vec<Part>)> =
+        places.into_par_iter().map(|(place, parts)| (place, grown(place.0, parts, occluders, size))).collect();
+    let mut grown: BTreeMap<Place, Vec<Part>> = grown.into_iter().collect();
+    taken_in(&mut grown, occluders, size);
+    grown.into_values().flatten().map(|part| part.pieces).collect()
+}
+
+/// Ornaments that are left come to the nearest patch that they see, of those about them that look their way.
+fn taken_in(grown: &mut BTreeMap<Place, Vec<Part>>, occluders: &Reference, size: f64) {
+    let is_ornament = |part: &Part| part.area < ORNAMENT * size * size;
+    let mut lone: Vec<(Place, Part)> = Vec::new();
+    for (place, parts) in grown.iter_mut() {
+        let (own, rest): (Vec<Part>, Vec<Part>) = std::mem::take(parts).into_iter().partition(is_ornament);
+        lone.extend(own.into_iter().map(|part| (*place, part)));
+        *parts = rest;
+    }
+    for ((cell, side, emits), part) in lone {
+        let mut best: Option<(f64, Place, usize)> = None;
+        for k in 0..27 {
+            let beside = std::array::from_fn(|axis| cell[axis] + [k % 3, k / 3 % 3, k / 9][axis] - 1);
+            let place = (beside, side, emits);
+            for (index, of) in grown.get(&place).into_iter().flatten().enumerate() {
+                let apart = of.above.iter().map(|p| p.distance(part.above[0])).fold(f64::INFINITY, f64::min);
+                let fits = !is_ornament(of) && of.takes(&part, size) && apart < size;
+                let nearer = best.is_none_or(|(least, ..)| apart < least);
+                let sees = |p: &DVec3| meet(occluders, size, *p, part.above[0], of.normal);
+                if fits && nearer && of.above.iter().any(sees) {
+                    best = Some((apart, place, index));
+                }
+            }
+        }
+        match best {
+            Some((_, place, index)) => {
+                if let Some(of) = grown.get_mut(&place).and_then(|parts| parts.get_mut(index)) {
+                    of.join(part);
+                }
+            }
+            None => grown.entry((cell, side, emits)).or_default().push(part),
+        }
+    }
 }
 
 /// Pieces that see each other.
@@ -88,6 +122,12 @@ impl Part {
         2 * axis + usize::from(n[axis] < 0.0)
     }
 
+    /// An ornament may join it, as far as sizes and directions tell.
+    fn takes(&self, ornament: &Self, size: f64) -> bool {
+        let cosine = self.normal.normalize_or_zero().dot(ornament.normal.normalize_or_zero());
+        cosine > ORNAMENTS_ALIKE && self.area < MOST * size * size
+    }
+
     fn join(&mut self, other: Self) {
         self.pieces.extend(other.pieces);
         self.area += other.area;
@@ -116,9 +156,9 @@ fn air_about(part: &Part, air: &Air, occluders: &Reference, size: f64) -> Option
 }
 
 /// Small parts of one place, each joined with those before it that it sees and that look its way, until they are large enough.
-fn grown(cell: [i64; 3], mut parts: Vec<Part>, occluders: &Reference, size: f64) -> Vec<Vec<Piece>> {
+fn grown(cell: [i64; 3], mut parts: Vec<Part>, occluders: &Reference, size: f64) -> Vec<Part> {
     let is_ornament = |part: &Part| part.area < ORNAMENT * size * size;
-    if parts.iter().filter(|part| is_ornament(part)).count() > 1 {
+    if parts.len() > 1 && parts.iter().any(is_ornament) {
         let air = Air::new(cell, occluders, size);
         parts.iter_mut().for_each(|part| part.air = air_about(part, &air, occluders, size));
     }
@@ -127,13 +167,13 @@ fn grown(cell: [i64; 3], mut parts: Vec<Part>, occluders: &Reference, size: f64)
     let mut grown: Vec<Part> = Vec::new();
     for part in parts {
         let fits = |of: &Part| {
-            let cosine = of.normal.normalize_or_zero().dot(part.normal.normalize_or_zero());
-            if of.area >= LEAST * size * size {
-                return false;
-            }
-            if is_ornament(&part) && part.air.is_some() && part.air == of.air && cosine > ORNAMENTS_ALIKE {
+            if is_ornament(&part) && part.air.is_some() && part.air == of.air && of.takes(&part, size) {
                 return true;
             }
+            if of.area.max(part.area) >= LEAST * size * size {
+                return false;
+            }
+            let cosine = of.normal.normalize_or_zero().dot(part.normal.normalize_or_zero());
             cosine > ALIKE && of.above.iter().all(|p| meet(occluders, size, *p, part.above[0], of.normal))
         };
         match grown.iter_mut().find(|of| fits(of)) {
@@ -141,7 +181,7 @@ fn grown(cell: [i64; 3], mut parts: Vec<Part>, occluders: &Reference, size: f64)
             None => grown.push(part),
         }
     }
-    grown.into_iter().map(|part| part.pieces).collect()
+    grown
 }
 
 /// Two places see each other, or do where both step back from what they lie on: no wall stands between them then, only their like.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::scene::view::View;
-use crate::scene::{Instance, Material, builtin};
+use crate::scene::{AlphaMode, Instance, Material, Mesh, builtin};
+use glam::DMat4;
 
 fn of_size(scene: &Scene, size: f64) -> Result<Patches> {
     Patches::of_size(scene, &Reference::new(scene, &View::of_world())?, size)

@@ -48,6 +48,7 @@ fn patch(at: [i64; 3], side: usize, pieces: &[&Piece], size: f64) -> Option<Patc
         area: size * size,
         center,
         normal,
+        flat: true,
         radius: 0.5f64.sqrt() * size,
         reflectance: mean(&|p| p.reflectance),
         emission: mean(&|p| p.emission),
