@@ -136,6 +136,7 @@ impl Renderer {
             uploader,
             finished: false,
             once_ms: 0.0,
+            once_nodes_ms: Vec::new(),
         })
     }
 }
@@ -196,6 +197,8 @@ pub struct Prepared {
     pub upload_ms: f64,
     /// Milliseconds of what is drawn once, before the first frame: of the device, without timestamps of the host.
     pub once_ms: f64,
+    /// The same by node, where there are timestamps.
+    pub once_nodes_ms: Vec<(String, f64)>,
 }
 
 impl Prepared {
@@ -241,7 +244,19 @@ impl Prepared {
             return Err(Error::new("the frame's images have been freed: nothing can be drawn any more"));
         }
         let Self {
-            queue, realized, frame, barriers, device, log, progress, violations, drawn, once_done, once_ms, ..
+            queue,
+            realized,
+            frame,
+            barriers,
+            device,
+            log,
+            progress,
+            violations,
+            drawn,
+            once_done,
+            once_ms,
+            once_nodes_ms,
+            ..
         } = self;
         violations.extend(checker::check_from(&frame.graph, log, progress));
         log.clear();
@@ -258,6 +273,8 @@ impl Prepared {
             let wall = start.elapsed().as_secs_f64() * 1e3;
             let timed = queue.timings(value)?.node_ms;
             *once_ms = if timed.is_empty() { wall } else { timed.iter().sum() };
+            let names = frame.graph.nodes[0..once].iter().map(|node| node.name.clone());
+            *once_nodes_ms = names.zip(timed).collect();
             *once_done = true;
             log.push(Event::HostWait);
         }

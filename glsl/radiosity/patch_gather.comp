@@ -13,6 +13,9 @@ const uint LANES = gl_WorkGroupSize.x;
 // A thread adds a row by itself instead of a group four of them, all of it from storage buffers, as in the thesis; 32 bits an element alone.
 layout(constant_id = 2) const bool THREAD_ROWS = false;
 
+// All light and all surfaces are grey: one channel is gathered, and stands for three.
+layout(constant_id = 4) const bool GREY = false;
+
 layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
 layout(set = 0, binding = 2, scalar) readonly buffer BeforeBlock { PatchLight data[]; } before;
 layout(set = 0, binding = 3, scalar) writeonly buffer AfterBlock { PatchLight data[]; } after;
@@ -28,6 +31,19 @@ shared vec3 sums[4][LANES];
 
 vec3 sent_by(uint column) {
     return texelFetch(bounced_sent, int(column * BOUNCED_LIGHT_TEXELS + 2u)).rgb;
+}
+
+// Adds light of one column to a sum.
+void add(inout vec3 sum, float share, vec3 sent) {
+    if (GREY) {
+        precise float product = share * sent.x;
+        precise float added = sum.x + product;
+        sum.x = added;
+        return;
+    }
+    precise vec3 product = share * sent;
+    precise vec3 added = sum + product;
+    sum = added;
 }
 
 // Value of a level of a block, from its least value and the powers of its step.
@@ -61,9 +77,7 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
             vec3 sent = column + across < push.data.count ? sent_by((column + across)) : vec3(0.0);
             for (uint down = 0u; down < 4u; ++down) {
                 float share = level_value(levels[down] >> (3u * across) & 7u, least, step, twice, four);
-                precise vec3 product = share * sent;
-                precise vec3 sum = gathered[down] + product;
-                gathered[down] = sum;
+                add(gathered[down], share, sent);
             }
         }
     }
@@ -76,9 +90,7 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
         for (uint at = begin + lane; at < stop; at += LANES) {
             uint entry = word(push.data.residuals_at + at);
             precise float share = unpackHalf2x16(entry).y * push.data.residual_scale;
-            precise vec3 product = share * sent_by((entry & 0xffffu));
-            precise vec3 sum = gathered[down] + product;
-            gathered[down] = sum;
+            add(gathered[down], share, sent_by(entry & 0xffffu));
         }
     }
 }
@@ -94,15 +106,14 @@ void add_dense(uint row, uint lane, inout vec3 gathered[4]) {
     for (uint column = lane; column < push.data.count; column += LANES) {
         vec3 sent = sent_by(column);
         for (uint down = 0u; down < 4u; ++down) {
-            precise vec3 product = element(min(4u * row + down, push.data.count - 1u), column) * sent;
-            precise vec3 sum = gathered[down] + product;
-            gathered[down] = sum;
+            add(gathered[down], element(min(4u * row + down, push.data.count - 1u), column), sent);
         }
     }
 }
 
 // A step of the iteration for a patch, from what it gathers.
-void finish(uint patch_id, vec3 gathered) {
+void finish(uint patch_id, vec3 sum) {
+    vec3 gathered = GREY ? sum.xxx : sum;
     PatchLight old = before.data[patch_id];
     PatchData of = patches.data[patch_id];
     precise vec3 correction = push.data.step * (gathered - old.irradiance.rgb);
@@ -120,8 +131,7 @@ void main() {
         uint row = group * LANES + lane;
         precise vec3 sum = vec3(0.0);
         for (uint column = 0u; row < push.data.count && column < push.data.count; ++column) {
-            precise vec3 product = element(row, column) * before.data[column].sent.rgb;
-            sum += product;
+            add(sum, element(row, column), before.data[column].sent.rgb);
         }
         if (row < push.data.count) {
             finish(row, sum);

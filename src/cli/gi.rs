@@ -16,7 +16,7 @@ pub struct GiArgs {
     /// Gathers of --gi radiosity [default: as many as --gi-tolerance needs].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_GATHERS)))]
     pub gi_gathers: Option<u32>,
-    /// Share of all bounces that --gi radiosity may leave out [default: 0.005].
+    /// Share of all light that --gi radiosity may leave out, of bounced light where surfaces emit [default: 0.005].
     #[arg(long, value_name = "E", value_parser = parse_tolerance)]
     pub gi_tolerance: Option<f64>,
     /// How gathers of --gi radiosity are put together [default: chebyshev].

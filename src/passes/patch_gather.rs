@@ -85,6 +85,7 @@ fn gather(bounced: &Bounced, of: &BouncedHandles, [before, after]: [BufferHandle
         MATRIX_PATH: matrix.path,
         THREAD_ROWS: bounced.thread_rows,
         GROUP_SIZE: bounced.lanes,
+        GREY: bounced.grey,
     };
     let groups = push.count.div_ceil(if bounced.thread_rows { bounced.lanes } else { 4 });
     Work::Dispatch {

@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::radiosity::bake::{CodecName, POINTS};
 use crate::radiosity::spectrum::Spectrum;
 use crate::radiosity::{Bake, Patch};
+use crate::scene::lighting::Lighting;
 use crate::scene::view::View;
 use crate::shared::{self, PatchData, PatchLight};
 
@@ -43,6 +44,8 @@ pub struct Bounced {
     pub matrix: Matrix,
     /// A thread adds a row by itself.
     pub thread_rows: bool,
+    /// All light and all surfaces are grey: one channel is gathered.
+    pub grey: bool,
     /// Gathers go on from the light of the frame before.
     pub feedback: bool,
     /// Threads of a group, a power of two of at least four.
@@ -59,7 +62,7 @@ impl Bounced {
     ///
     /// # Errors
     /// No bake; a matrix or a grid that this device does not bind.
-    pub(super) fn new(request: &Request, view: &View, limits: &Limits) -> Result<Decision> {
+    pub(super) fn new(request: &Request, view: &View, lighting: &Lighting, limits: &Limits) -> Result<Decision> {
         let Gi::Radiosity(Gathering { gathers, tolerance, iteration, path, thread_rows, feedback }) = request.gi else {
             return Ok((None, format!("--gi {}", request.gi.name())));
         };
@@ -94,16 +97,23 @@ impl Bounced {
             (vec![[1.0; 2]], format!("one product, {bounces} bounces are summed in it"))
         } else {
             let most = gathers.unwrap_or(MOST_GATHERS);
-            let left = |count: &u32| left_after(*count, iteration, smallest, largest) <= tolerance;
+            // Where nothing emits, bounces are at most so much of all light.
+            let share = if emits { 1.0 } else { largest.max(-smallest).min(1.0) };
+            let left = |count: &u32| share * left_after(*count, iteration, smallest, largest) <= tolerance;
             let count = gathers.unwrap_or_else(|| (1..most).find(left).unwrap_or(most));
-            let why =
-                if gathers.is_some() { "as asked for".into() } else { format!("leave {tolerance} of all bounces") };
+            let why = if gathers.is_some() { "as asked for".into() } else { format!("leave {tolerance} of all light") };
             let how = format!(
                 "{count} gathers ({}) {why}; reflection has eigenvalues from {smallest:.3} to {largest:.3}",
                 iteration.name()
             );
             (steps(iteration, smallest, largest, count), how)
         };
+        let is_grey = |c: glam::DVec3| c.x == c.y && c.y == c.z;
+        let surfaces = bake.patches.list.iter().all(|p| is_grey(p.reflectance) && is_grey(p.emission));
+        // Lamps that move may be replaced by coloured ones.
+        let lit_grey = !request.lights_move && lighting.lights.iter().all(|light| is_grey(light.intensity));
+        let grey = surfaces && lit_grey && !bake.settings.codec.is_summed();
+        let how = if grey { format!("{how}; one channel, for all is grey") } else { how };
         let matrix = Matrix::new(&bake, path, limits)?;
         let planned = Self {
             steps,
@@ -114,6 +124,7 @@ impl Bounced {
             lanes: limits.subgroup_size.clamp(LEAST_LANES, shared::GATHER_LANES).next_power_of_two(),
             thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
             feedback,
+            grey,
             words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
             bake,
         };
@@ -281,7 +292,7 @@ mod tests {
         let request =
             Request { gi: Gi::Radiosity(gathering), bake: Some(bake), width: 32, height: 32, ..Request::default() };
         let plan = Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan");
-        Bounced::new(&request, &plan.view, &Limits::MINIMUM).expect("a decision")
+        Bounced::new(&request, &plan.view, &plan.lighting, &Limits::MINIMUM).expect("a decision")
     }
 
     /// As few gathers as the tolerance asks for, none where nothing is reflected, and the number that decided in the sentence.

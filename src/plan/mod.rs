@@ -202,7 +202,7 @@ impl Plan {
         // Samples that one invocation may shade.
         let each = if technique.is_deferred() { samples.max(4) } else { 1 };
         let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(each, limits))?;
-        let (bounced, bounced_why) = gathered.map_or_else(|| Bounced::new(request, &view, limits), Ok)?;
+        let (bounced, bounced_why) = gathered.map_or_else(|| Bounced::new(request, &view, &lighting, limits), Ok)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.

@@ -2,6 +2,7 @@
 //! how far it is from all bounces of the exact matrix and from paths.
 
 mod cases;
+mod moving;
 mod paths;
 
 use std::time::Instant;
@@ -9,6 +10,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use self::cases::{Row, gi_ms};
+use self::moving::Moving;
 use self::paths::Traced;
 use super::cell::{Cell, digits};
 use super::output::{About, Outcome};
@@ -21,10 +23,10 @@ use crate::passes;
 use crate::plan::{Gi, Request, ShadowUpdate, Technique};
 use crate::radiosity::Exchange;
 use crate::radiosity::Settings;
+use crate::radiosity::bake::CodecName;
 use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
 
-const LIGHTS: u32 = 4;
 const PATCHES: [u32; 2] = [4096, 300];
 
 /// Runs the experiment.
@@ -33,8 +35,13 @@ const PATCHES: [u32; 2] = [4096, 300];
 /// A scene that cannot be loaded or baked, a lost device.
 pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     let mut loaded = runner.load(runner.either("builtin:atrium", "builtin:cornell"))?;
-    let lights = runner.count(LIGHTS);
-    runner.light(&mut loaded, lights)?;
+    // A sun and a lamp; 0: the scene's own.
+    match runner.args.lights.iter().copied().max() {
+        None => loaded.scene.lights = moving::lights(&loaded.scene),
+        Some(0) => {}
+        Some(count) => runner.light(&mut loaded, count)?,
+    }
+    let lights = loaded.scene.lights.len();
     let wanted = runner.args.patches.unwrap_or_else(|| runner.either(PATCHES[0], PATCHES[1]));
     let start = Instant::now();
     let exchange = Exchange::of_scene(&loaded.scene, &Settings::of_count(wanted as usize))?;
@@ -65,6 +72,8 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     session.frame = passes::patch_frame;
     let mut cells = session.group(&loaded.scene, &cases, None)?;
     drop(session);
+    let blocks = rows.iter().find(|row| row.kind == CodecName::ZeroBlock.name()).map(|row| row.bake.clone());
+    let moving = blocks.map(|bake| Moving::new(runner, &loaded.scene, &base, &bake)).transpose()?;
     let devices = runner.renderers.len();
     let mut sweep = Sweep::new("gathering");
     for (index, row) in rows.iter().enumerate() {
@@ -82,6 +91,8 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     let figures = figures(runner, &rows, &sweep, &traced);
     let mut outcome = Outcome::of_sweep(runner, &sweep, about, figures);
     outcome.section.tables = vec![table(runner, &rows, &sweep), traced.table()];
+    outcome.section.tables.extend(moving.iter().map(Moving::table));
+    outcome.section.paragraphs.extend(moving.iter().map(|moving| moving.sentence().into()));
     outcome.section.paragraphs.insert(0, traced.sentence(&exchange, factor_seconds));
     for (row, (_, cell)) in outcome.rows.iter_mut().zip(sweep.cells()) {
         if let Some(fields) = row.as_object_mut() {
@@ -91,6 +102,7 @@ pub(super) fn run(runner: &Runner) -> Result<Outcome> {
         }
     }
     outcome.rows.extend(traced.rows());
+    outcome.rows.extend(moving.iter().flat_map(Moving::rows));
     Ok(outcome)
 }
 

@@ -266,7 +266,7 @@ pub enum Gi {
 pub struct Gathering {
     /// `None`: as many as the tolerance needs.
     pub gathers: Option<u32>,
-    /// Share of all bounces that may be left out.
+    /// Share of all light that may be left out; of bounced light, where surfaces emit.
     pub tolerance: f64,
     /// How gathers are put together.
     pub iteration: Iteration,
@@ -279,7 +279,7 @@ pub struct Gathering {
 }
 
 impl Gathering {
-    /// Share of all bounces that is left out where nothing is said.
+    /// That share where nothing is said.
     pub const TOLERANCE: f64 = 0.005;
 }
 

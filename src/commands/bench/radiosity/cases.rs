@@ -21,6 +21,8 @@ use crate::shared::GATHER_LANES;
 /// Error of the whole that iterations are run to where they are compared, relative L2.
 const TARGET: f64 = 0.005;
 const MOST_STEPS: u32 = 20;
+/// Frames after which light has settled.
+const SETTLED: u32 = 40;
 
 /// A way to gather, and how good it is.
 pub(super) struct Row {
@@ -123,7 +125,7 @@ impl Maker<'_> {
             seconds,
             found,
             codec_alone: None,
-            against_paths: self.traced.rms(self.patches, &wide(&light)),
+            against_paths: self.traced.rms(&wide(&light)),
         }
     }
 }
@@ -190,6 +192,17 @@ fn iterated(exchange: &Exchange, maker: &Maker, rows: &mut Vec<Row>) -> Result<(
         let scored = (found[count as usize - 1], count);
         rows.push(maker.row(format!("zero-block, buffer, {count} gathers"), &bake, buffer, scored, seconds));
     }
+    // Light that has settled has all bounces; each frame gathers once.
+    let feedback = Gathering { feedback: true, iteration: Iteration::Neumann, path: MatrixPath::Texel, ..base };
+    let by_neumann = maker.found(&bake, Iteration::Neumann, SETTLED);
+    let settled = maker.row(
+        "zero-block, texel, one gather and feedback, settled".into(),
+        &bake,
+        Gathering { feedback: false, ..feedback },
+        (by_neumann[SETTLED as usize - 1], SETTLED),
+        seconds,
+    );
+    rows.push(Row { steps: 1, gathering: Gathering { gathers: Some(1), ..feedback }, ..settled });
     let texel = of(MatrixPath::Texel, false, Iteration::Chebyshev);
     let scored = (found[enough as usize - 1], enough);
     rows.push(maker.row(format!("zero-block, texel, {enough} gathers"), &bake, texel, scored, seconds));

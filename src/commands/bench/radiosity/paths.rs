@@ -22,9 +22,21 @@ use crate::shared::GATHER_LANES;
 
 /// Patches that paths start from, and paths from each of their points; of a quick run.
 const PATCHES: [usize; 2] = [400, 60];
-const PATHS: [u32; 2] = [128, 16];
+const PATHS: [u32; 2] = [1024, 16];
 /// Paths a patch that are timed.
 const FEW: [u32; 3] = [1, 16, 256];
+
+/// Patches that lie evenly in the area of all of them.
+fn by_area(patches: &Patches, wanted: usize) -> Vec<usize> {
+    let mut sums = Vec::with_capacity(patches.list.len());
+    let mut whole = 0.0;
+    for patch in &patches.list {
+        whole += patch.area;
+        sums.push(whole);
+    }
+    let place = |k: usize| (2 * k + 1) as f64 / (2 * wanted) as f64 * whole;
+    (0..wanted).map(|k| sums.partition_point(|sum| *sum < place(k)).min(sums.len() - 1)).collect()
+}
 
 /// Irradiance that paths find.
 pub(super) struct Traced {
@@ -57,7 +69,7 @@ impl Traced {
         let shader = Shader::new(&plan.lighting, &view, plan.shading);
         let count = patches.list.len();
         let wanted = runner.either(PATCHES[0], PATCHES[1]).min(count);
-        let chosen: Vec<usize> = (0..wanted).map(|k| (2 * k + 1) * count / (2 * wanted)).collect();
+        let chosen = by_area(patches, wanted);
         let places = |index: usize| &exchange.points[index * POINTS as usize..(index + 1) * POINTS as usize];
         let bar = measured::progress(chosen.len() as u64, "paths from patches");
         let paths = runner.either(PATHS[0], PATHS[1]);
@@ -87,10 +99,13 @@ impl Traced {
             few: Vec::new(),
         };
         let difference: Vec<DVec3> = halves.iter().map(|[a, b]| (*a - *b) * 0.5).collect();
-        traced.standard_error = traced.over_mean(patches, &difference)[0];
+        traced.standard_error = traced.over_mean(&difference)[0];
         let product = |sent: &[[f32; 3]]| exchange.exact.product(sent, GATHER_LANES as usize);
         let solved = after_bounces(&product, patches, &traced.exitance(patches));
-        [traced.discretization, traced.bias] = traced.over_mean(patches, &traced.differences(&solved));
+        [traced.discretization, traced.bias] = traced.over_mean(&traced.differences(&solved));
+        // Without any bounced light.
+        let none: Vec<DVec3> = traced.irradiance.iter().map(|e| -*e).collect();
+        traced.few.push((0, 0.0, traced.over_mean(&none)[0]));
         for few in FEW {
             let start = Instant::now();
             let found: Vec<DVec3> = traced
@@ -103,7 +118,7 @@ impl Traced {
                 .collect();
             let ms = start.elapsed().as_secs_f64() * 1e3 * count as f64 / traced.chosen.len() as f64;
             let off: Vec<DVec3> = found.iter().zip(&traced.irradiance).map(|(a, b)| *a - *b).collect();
-            traced.few.push((few, ms, traced.over_mean(patches, &off)[0]));
+            traced.few.push((few, ms, traced.over_mean(&off)[0]));
         }
         Ok(traced)
     }
@@ -124,19 +139,17 @@ impl Traced {
             .collect()
     }
 
-    /// Root mean square of differences over the mean that paths find, and their mean over it; areas are weights, green light.
-    fn over_mean(&self, patches: &Patches, off: &[DVec3]) -> [f64; 2] {
-        let areas = || self.chosen.iter().map(|index| patches.list[*index].area);
-        let mean = |of: &dyn Fn(usize) -> f64| {
-            areas().enumerate().map(|(k, area)| of(k) * area).sum::<f64>() / areas().sum::<f64>()
-        };
+    /// Root mean square of differences over the mean that paths find, and their mean over it, of green light: by area, for patches are chosen by it.
+    fn over_mean(&self, off: &[DVec3]) -> [f64; 2] {
+        let count = self.chosen.len().max(1);
+        let mean = |of: &dyn Fn(usize) -> f64| (0..self.chosen.len()).map(of).sum::<f64>() / count as f64;
         let all = mean(&|k| self.irradiance[k].y);
         if all > 0.0 { [mean(&|k| off[k].y * off[k].y).sqrt() / all, mean(&|k| off[k].y) / all] } else { [0.0; 2] }
     }
 
     /// Root mean square against paths, over their mean.
-    pub fn rms(&self, patches: &Patches, found: &[[f64; 3]]) -> f64 {
-        self.over_mean(patches, &self.differences(found))[0]
+    pub fn rms(&self, found: &[[f64; 3]]) -> f64 {
+        self.over_mean(&self.differences(found))[0]
     }
 
     /// For people.
