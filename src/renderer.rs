@@ -12,7 +12,7 @@ use exr::prelude::f16;
 use crate::error::{Error, Result};
 use crate::gpu::instance::Messages;
 use crate::gpu::pipeline_cache::PipelineCache;
-use crate::gpu::realize::Realized;
+use crate::gpu::realize::{Realized, check_all_groups};
 use crate::gpu::{Device, Options};
 use crate::graph::checker::{self, Progress, Violation};
 use crate::graph::hazard::{self, Barrier};
@@ -217,7 +217,7 @@ impl Prepared {
     /// again before the next frame. Nothing is read back, allocated or compiled; frames in flight have ended.
     ///
     /// # Errors
-    /// A plan that needs more than was prepared, or other passes, by name; then nothing has changed.
+    /// A plan that needs more than was prepared, such as longer light lists, or other passes, by name; then nothing has changed.
     pub fn relight(&mut self, plan: &Plan) -> Result<()> {
         self.relight_frame(plan, passes::frame(plan))
     }
@@ -229,6 +229,7 @@ impl Prepared {
         };
         let refused = |why: String| Error::new(format!("the picture has to be prepared anew for these lights: {why}"));
         frame.graph.take_sizes_of(&self.frame.graph).map_err(refused)?;
+        check_all_groups(&self.device, &frame.graph)?;
         upload::lights(uploader, &mut self.queue, &self.realized, &frame, plan)?;
         self.frame = frame;
         self.once_done = false;

@@ -398,6 +398,8 @@ pub struct PatchLight {
 pub struct PatchPush {
     /// Patches.
     pub count: u32,
+    /// 1: nothing is taken from the frame before.
+    pub afresh: u32,
 }
 
 /// What `patch_product` is told: where parts of an operator of summed bounces begin among its words, and what 16-bit floats are multiplied by.
@@ -482,14 +484,21 @@ pub struct MapPush {
 
 /// Groups along one dimension of a dispatch that every device takes.
 pub const MOST_GROUPS: u32 = 65535;
+/// Light is gathered anew in each frame.
+pub const CARRIED_NOTHING: u32 = 0;
+/// Gathers go on from the light of the frame before.
+pub const CARRIED_LIGHT: u32 = 1;
+/// What changed is gathered, and added to the light of the frame before.
+pub const CARRIED_CHANGES: u32 = 2;
 /// Nothing stands between the ends of a segment.
 pub const SIGHT_MISSED: u32 = 0;
 /// Something does.
 pub const SIGHT_MET: u32 = 1;
 /// 32 bits cannot tell.
 pub const SIGHT_UNSURE: u32 = 2;
-/// Nodes that a segment is followed through: with the triangles of their leaves fewer rounds than any driver leaves a shader's loops after.
-pub const SIGHT_STEPS: u32 = 16000;
+/// Nodes that a segment is followed through. Drivers that leave a shader's loops after 65,535 rounds of all of them count for threads that run in step: at
+/// each node a round, and those of a leaf's four triangles and of the end of their loop.
+pub const SIGHT_STEPS: u32 = 10922;
 /// Threads of a group where groups lie in rows: of `MOST_GROUPS` along x, and as many rows along y as it takes.
 pub const ROW_THREADS: u32 = 64;
 

@@ -98,7 +98,14 @@ fn knobs_of_bounced_light_are_judged_by_paths() {
     let Some(folder) = drawn_folder("accuracy-bounced") else { return };
     let json = folder.join("a.json").display().to_string();
     let tiny = ["--quick", "--size", "64x36", "--rounds", "1", "--json", &json];
-    let room = ["accuracy", "builtin:cornell", "--shading", "lambert", "--knob", "gi-gathers,gi-patches,gi-codec"];
+    let room = [
+        "accuracy",
+        "builtin:cornell",
+        "--shading",
+        "lambert",
+        "--knob",
+        "gi-gathers,gi-tolerance,gi-iteration,gi-path,gi-patches,gi-codec",
+    ];
     let output = lampyris(&[&room[..], &tiny[..]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let value: Value = serde_json::from_str(&std::fs::read_to_string(&json).expect("a file")).expect("JSON");
@@ -106,6 +113,13 @@ fn knobs_of_bounced_light_are_judged_by_paths() {
     let gathers = rows(&value, "gi-gathers");
     assert_eq!(gathers.len(), 7, "{value}");
     assert!(error(gathers[1]) > 1.2 * error(gathers[0]) && error(gathers[0]) < 0.15, "{gathers:#?}");
+    let tolerances = rows(&value, "gi-tolerance");
+    assert_eq!(tolerances.len(), 5, "{value}");
+    assert!(error(tolerances[1]) > error(tolerances[0]), "{tolerances:#?}");
+    assert_eq!(rows(&value, "gi-iteration").len(), 2, "{value}");
+    // Both paths have the same words.
+    let paths = rows(&value, "gi-path");
+    assert!(paths.len() == 2 && error(paths[0]) == error(paths[1]), "{paths:#?}");
     assert_eq!(rows(&value, "gi-patches").len(), 3, "{value}");
     let codecs = rows(&value, "gi-codec");
     assert_eq!(codecs.len(), 7, "{value}");

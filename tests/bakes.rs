@@ -46,6 +46,14 @@ fn shards_and_interrupted_bakes_come_to_the_same_bytes() {
     // A bake in the place of another.
     bake(&again, &["--bake-on", "cpu"]);
     assert!(bytes(&again) == right);
+    // And by a device, under validation where there has to be one.
+    if std::env::var_os("LAMPYRIS_REQUIRE_GPU").is_some_and(|v| v == "1") {
+        let said = bake(&again, &["--bake-on", "device", "--validate"]);
+        assert!(said.contains("decided by the CPU"), "{said}");
+        assert!(bytes(&again) == right);
+    } else {
+        eprintln!("SKIPPED, a bake by a device");
+    }
     let place = shards.display().to_string();
     let merge = ["bake", "builtin:cornell", "--patches", "60", "-o", &place, "--merge"];
     bake(&shards, &["--shard", "3/3"]);
@@ -103,6 +111,12 @@ fn a_wrong_bake_is_a_sentence() {
     refused(&["bake", "builtin:cornell", "-o", &name, "--shard", "3/2"], 2, "I from 1 to N");
     refused(&["bake", "builtin:cornell", "-o", &name, "--patch-size", "0"], 2, "positive number of metres");
     refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "5", "--patch-size", "1"], 2, "cannot be used");
+    refused(
+        &["bake", "builtin:cornell", "-o", &name, "--bake-on", "cpu", "--driver", "x"],
+        2,
+        "--driver and --validate",
+    );
+    refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "9", "--driver", "nosuch"], 1, "nosuch");
     // R11: columns are counted in 16 bits.
     refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "70000"], 2, "70000");
     refused(&["bake", "builtin:cornell", "-o", &name, "--patch-size", "0.05"], 1, "at most 32768");

@@ -235,5 +235,8 @@ fn radiosity() {
         ..Request::default()
     };
     compare("radiosity", &request);
-    compare("radiosity_every_frame", &Request { shadow_update: ShadowUpdate::Frame, ..request });
+    compare("radiosity_every_frame", &Request { shadow_update: ShadowUpdate::Frame, ..request.clone() });
+    // Light goes on from frame to frame, shadow maps are drawn once.
+    let gi = Gi::Radiosity(Gathering { feedback: true, ..Gathering::default() });
+    compare("radiosity_feedback", &Request { gi, ..request });
 }

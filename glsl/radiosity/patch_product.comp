@@ -10,6 +10,9 @@ layout(constant_id = 0) const uint CODEC = CODEC_BC1;
 layout(local_size_x_id = 3) in;
 const uint LANES = gl_WorkGroupSize.x;
 
+// Only what changed is sent, and added to what is known: columns that send nothing are passed over.
+layout(constant_id = 5) const bool COLUMNS = false;
+
 layout(set = 0, binding = 2, scalar) readonly buffer BeforeBlock { PatchLight data[]; } before;
 layout(set = 0, binding = 3, scalar) writeonly buffer AfterBlock { PatchLight data[]; } after;
 
@@ -21,9 +24,9 @@ layout(push_constant, scalar) uniform Push { ProductPush data; } push;
 
 shared vec3 sums[4][LANES];
 
-// Exitance that the column at a position sends at first.
+// Exitance that the column at a position sends at first, or by how much that changed.
 vec3 sent(uint position) {
-    return position < push.data.count ? texelFetch(bounced_sent, int(word(push.data.columns_at + position) * BOUNCED_LIGHT_TEXELS + 3u)).rgb : vec3(0.0);
+    return position < push.data.count ? texelFetch(bounced_sent, int(word(push.data.columns_at + position) * BOUNCED_LIGHT_TEXELS + (COLUMNS ? 2u : 3u))).rgb : vec3(0.0);
 }
 
 vec3 table_value(uvec3 codes) {
@@ -132,9 +135,22 @@ void add_sampled(uint row, uint column, uint chroma, inout vec3 gathered[4]) {
     }
 }
 
+// Columns from this position on send nothing, so many of them.
+bool are_dark(uint position, uint count) {
+    for (uint k = 0u; k < count; ++k) {
+        if (any(notEqual(sent(position + k), vec3(0.0)))) {
+            return false;
+        }
+    }
+    return true;
+}
+
 void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
     uint side = (push.data.count + 3u) / 4u;
     for (uint column = lane; column < side; column += LANES) {
+        if (COLUMNS && are_dark(4u * column, 4u)) {
+            continue;
+        }
         uint number = row * side + column;
         if (CODEC != CODEC_THESIS) {
             // Blocks of nothing but zeros are not stored: a bit each, and counts before each word of bits.
@@ -193,6 +209,9 @@ void add_apart(uint row, uint lane, inout vec3 sum) {
 void add_halves(uint row, uint lane, inout vec3 gathered[4]) {
     uint row_words = (push.data.count + 1u) / 2u;
     for (uint pair = lane; pair < row_words; pair += LANES) {
+        if (COLUMNS && are_dark(2u * pair, 2u)) {
+            continue;
+        }
         vec3 left = sent(2u * pair);
         vec3 right = sent(2u * pair + 1u);
         for (uint down = 0u; down < 4u; ++down) {
@@ -250,6 +269,9 @@ void main() {
     if (CODEC == CODEC_THESIS) {
         uint at = push.data.scales_at + 3u * patch_id;
         irradiance *= vec3(word_float(at), word_float(at + 1u), word_float(at + 2u));
+    }
+    if (COLUMNS) {
+        irradiance += before.data[patch_id].irradiance.rgb;
     }
     after.data[patch_id] = PatchLight(vec4(irradiance, 0.0), vec4(0.0), vec4(0.0), before.data[patch_id].first);
 }

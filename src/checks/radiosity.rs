@@ -79,11 +79,45 @@ pub fn radiosity_twin(renderer: &Renderer) -> Result<Vec<Row>> {
         let bake = Arc::new(Bake::new(exchange.clone(), Settings::of_codec(codec))?);
         rows.extend(twin_rows(renderer, &scene, &bake)?);
     }
+    // One channel stands for three where all is grey.
+    let grey = grey(&scene);
+    let exchange = Exchange::of_scene(&grey, &Settings::of_count(150))?;
+    for codec in [CodecName::ZeroBlock, CodecName::Classical] {
+        let bake = Arc::new(Bake::new(exchange.clone(), Settings::of_codec(codec))?);
+        let of_grey = twin_rows(renderer, &grey, &bake)?;
+        rows.extend(of_grey.into_iter().map(|row| Row { name: format!("{}, all grey", row.name), ..row }));
+        for (name, scene, wanted) in [("all grey", &grey, true), ("a coloured lamp", &coloured_lamp(&grey), false)] {
+            let plan = Plan::new(scene, &request(&bake, Technique::Forward), &renderer.limits())?;
+            let found = plan.bounced.as_ref().is_some_and(|bounced| bounced.grey);
+            rows.push(Row::none(
+                format!("one channel, {}, {name}", codec.name()),
+                usize::from(found != wanted),
+                "faults",
+            ));
+        }
+    }
     for codec in [CodecName::ZeroBlock, CodecName::Bc1] {
         let bake = Arc::new(Bake::new(one.clone(), Settings::of_codec(codec))?);
         rows.extend(twin_rows(renderer, &scene, &bake)?);
     }
     Ok(rows)
+}
+
+/// The same without colours.
+fn grey(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    for material in &mut scene.materials {
+        let [red, _, _, alpha] = material.base_color;
+        material.base_color = [red, red, red, alpha];
+        material.emissive = [material.emissive[0]; 3];
+    }
+    scene.lights.iter_mut().for_each(|light| light.color = [1.0; 3]);
+    scene
+}
+
+/// Under another lamp.
+fn coloured_lamp(scene: &Scene) -> Scene {
+    Scene { lights: vec![lamp(DVec3::ZERO)], ..scene.clone() }
 }
 
 fn twin_rows(renderer: &Renderer, scene: &Scene, bake: &Arc<Bake>) -> Result<Vec<Row>> {

@@ -81,6 +81,12 @@ pub enum KnobName {
     TransparentSort,
     /// Gathers of bounced light; only where it is asked for, as the following.
     GiGathers,
+    /// Share of light that bounced light may leave out.
+    GiTolerance,
+    /// How gathers of bounced light are put together.
+    GiIteration,
+    /// What the matrix of bounced light is read from.
+    GiPath,
     /// Patches of bounced light.
     GiPatches,
     /// How the matrix of bounced light is stored.

@@ -26,7 +26,7 @@ use crate::scene::view::View;
 mod figures;
 mod looks;
 
-use looks::{Looks, judged};
+use looks::{Looks, judged, looked};
 
 /// Milliseconds by stage, in their order.
 type Stages = Vec<(&'static str, f64)>;
@@ -45,7 +45,8 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
         (None, true) => Rows::Given,
         (None, false) => Rows::All,
     };
-    let looks = Looks { on: args.bake_on, options: Options { validate: args.validate, driver: args.driver.clone() } };
+    let options = Options { validate: args.validate, driver: args.driver.clone() };
+    let looks = Looks::new(args.bake_on, options)?;
     let made = make(&scene, settings, (&args.output, &looks), (&which, args.report.as_deref()), &mut stages)?;
     let Some(baked) = made.baked else {
         let parts = parts_of(&args.output);
@@ -66,7 +67,7 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
         report::print(&said(&baked, &stages, bytes, (&args.output, &made.looks)))?;
     }
     if let Some(path) = &args.json {
-        report::write_json(path, &machine_form(&baked, &stages, bytes))?;
+        report::write_json(path, &machine_form(&baked, &stages, bytes, &made.looks))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -185,25 +186,31 @@ fn make(
     let parts = parts_of(folder);
     fs::create_dir_all(&parts).map_err(|e| Error::new(format!("{}: could not be made: {e}", parts.display())))?;
     let said = said_of_patches(&patches);
-    let renderer = looks.renderer(count)?;
-    let (device, mut looked) = looks.device(renderer.as_ref(), &occluders, (&patches, settings.seed))?;
+    let own = |index: usize| !matches!(which, Rows::Shard { index: own, of } if index % of != *own);
+    let runs = exchange::runs(count);
+    let missing = |(index, run): (usize, &Range<usize>)| own(index) && !files::rows_path(&parts, run).exists();
+    let looks_anew = !matches!(which, Rows::Given) && runs.iter().enumerate().any(missing);
+    let renderer = if looks_anew { looks.renderer(count)? } else { None };
+    let (device, mut who) = looks.device(renderer.as_ref(), &occluders, (&patches, settings.seed))?;
+    if !looks_anew {
+        who = "rows were there".into();
+    }
     let sight: &dyn Sight = device.as_ref().map_or(&occluders, |device| device);
+    let check = || device.as_ref().zip(renderer.as_ref()).map_or(Ok(()), |(device, renderer)| judged(device, renderer));
     let bar = progress(count as u64, "form factors, rows");
     let mut rows = Vec::new();
-    for (index, run) in exchange::runs(count).into_iter().enumerate() {
-        if matches!(which, Rows::Shard { index: own, of } if index % of != *own) {
+    for (index, run) in runs.into_iter().enumerate() {
+        if !own(index) {
             bar.inc(run.len() as u64);
             continue;
         }
-        rows.push(rows_of(&patches, sight, settings.seed, (&parts, &key), run, which, &|| bar.inc(1))?);
+        rows.push(rows_of(&patches, (sight, &check), settings.seed, (&parts, &key), run, which, &|| bar.inc(1))?);
     }
     bar.finish_and_clear();
     timed("form factors", start);
-    if let (Some(device), Some(renderer)) = (&device, &renderer) {
-        looked += &judged(device, renderer)?;
-    }
+    who += &device.as_ref().map_or(String::new(), looked);
     if matches!(which, Rows::Shard { .. }) {
-        return Ok(Made { baked: None, patches: said, looks: looked });
+        return Ok(Made { baked: None, patches: said, looks: who });
     }
     let start = Instant::now();
     let exchange = Exchange::new(scene, &occluders, settings.seed, patches, rows)?;
@@ -216,13 +223,13 @@ fn make(
     let start = Instant::now();
     let baked = Bake::new(exchange, settings)?;
     timed("codec", start);
-    Ok(Made { baked: Some(baked), patches: said, looks: looked })
+    Ok(Made { baked: Some(baked), patches: said, looks: who })
 }
 
 /// A run of rows from its file, or computed and stored there.
 fn rows_of(
     patches: &Patches,
-    sight: &dyn Sight,
+    (sight, check): (&dyn Sight, &dyn Fn() -> Result<()>),
     seed: u64,
     (parts, key): (&Path, &str),
     run: Range<usize>,
@@ -238,6 +245,8 @@ fn rows_of(
         return Err(Error::new(format!("{}: rows {} to {} are not there", path.display(), run.start, run.end - 1)));
     }
     let found = RawRows::new(patches, sight, seed, run, done)?;
+    // Nothing is kept that was not looked at rightly.
+    check()?;
     files::store_rows(parts, key, &found)?;
     Ok(found)
 }
@@ -246,18 +255,19 @@ fn rows_of(
 ///
 /// # Errors
 /// As baking; no cache folder.
-pub fn cached(scene: &Scene) -> Result<Bake> {
+pub fn cached(scene: &Scene, driver: Option<&str>) -> Result<Bake> {
     let settings = Settings::default();
     let cache = pipeline_cache::folder()
         .ok_or_else(|| Error::new("neither XDG_CACHE_HOME nor HOME is set: a bake has no place; --gi radiosity:DIR"))?;
     let PatchRule::Count(count) = settings.patches else { return Err(Error::new("the default has a size")) };
-    let name = format!("bake-{}-{count}-{}", scene.surface_fingerprint(), settings.codec.name());
+    let (version, codec) = (files::VERSION, settings.codec.name());
+    let name = format!("bake-v{version}-{}-{count}-{codec}", scene.surface_fingerprint());
     let folder = cache.join(name);
     if let Ok(found) = files::load(&folder, &scene.surface_fingerprint()) {
         return Ok(found);
     }
     fs::create_dir_all(&cache).map_err(|e| Error::new(format!("{}: could not be made: {e}", cache.display())))?;
-    let made = make(scene, settings, (&folder, &Looks::auto()), (&Rows::All, None), &mut Stages::new())?;
+    let made = make(scene, settings, (&folder, &Looks::auto(driver)), (&Rows::All, None), &mut Stages::new())?;
     let baked = made.baked.ok_or_else(|| Error::new("a bake without shards is whole"))?;
     files::store(&baked, &folder)?;
     let _ = fs::remove_dir_all(parts_of(&folder));
@@ -307,7 +317,7 @@ fn said(baked: &Bake, stages: &Stages, bytes: u64, (folder, looks): (&Path, &str
     )
 }
 
-fn machine_form(baked: &Bake, stages: &Stages, bytes: u64) -> Value {
+fn machine_form(baked: &Bake, stages: &Stages, bytes: u64, looks: &str) -> Value {
     let seconds: serde_json::Map<String, Value> =
         stages.iter().map(|(name, ms)| (name.replace(' ', "_"), json!(ms * 1e-3))).collect();
     json!({
@@ -322,6 +332,7 @@ fn machine_form(baked: &Bake, stages: &Stages, bytes: u64) -> Value {
         "area_error": baked.patches.simplified()[0],
         "albedo_error": baked.patches.simplified()[1],
         "factors": baked.factors,
+        "looks": looks,
         "bytes_an_element": baked.bytes_an_element(),
         "matrix_bytes": baked.operator.bytes(),
         "codec_error": { "mean": baked.codec_error[0], "worst": baked.codec_error[1] },

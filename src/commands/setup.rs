@@ -132,10 +132,11 @@ pub fn scene_and_request(spec: &str, shared: &Shared) -> Result<(Scene, Request)
     let mut request = request(shared)?;
     let mut scene = scene(spec, shared)?;
     overrides::apply(&mut scene, &mut request, &shared.effects.force, &shared.effects.forbid)?;
-    if let GiArg::Radiosity(folder) = &shared.bounced.gi {
+    // Unless it is forbidden.
+    if let (GiArg::Radiosity(folder), Gi::Radiosity(_)) = (&shared.bounced.gi, request.gi) {
         request.bake = Some(Arc::new(match folder {
             Some(folder) => files::load(folder, &scene.surface_fingerprint())?,
-            None => bake::cached(&scene)?,
+            None => bake::cached(&scene, shared.driver.as_deref())?,
         }));
     }
     Ok((scene, request))

@@ -168,6 +168,17 @@ impl Realized {
     }
 }
 
+/// Whether all workgroups of a graph are within the device's limits.
+///
+/// # Errors
+/// A dispatch that is not.
+pub fn check_all_groups(device: &Device, graph: &Graph) -> Result<()> {
+    graph.nodes.iter().try_for_each(|node| match &node.work {
+        Work::Dispatch { groups, .. } => check_groups(device, &node.name, *groups),
+        _ => Ok(()),
+    })
+}
+
 fn check_groups(device: &Device, name: &str, groups: Groups) -> Result<()> {
     let most = device.facts.limits.max_compute_work_group_count;
     match groups {

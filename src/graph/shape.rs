@@ -1,6 +1,6 @@
 //! Whether two frames are made of the same things: what was made for one then draws the other.
 
-use super::{BufferInfo, Graph, Node, Work};
+use super::{BufferInfo, Graph, Groups, Node, Work};
 
 impl Graph {
     /// Takes the sizes of a graph of the same shape, whose buffers are at least as large.
@@ -35,7 +35,13 @@ impl Graph {
 /// The same pipelines and accesses; what is drawn, pushed and dispatched may differ.
 fn same(a: &Node, b: &Node) -> bool {
     let work = match (&a.work, &b.work) {
-        (Work::Dispatch { pipeline: one, .. }, Work::Dispatch { pipeline: other, .. }) => one == other,
+        (
+            Work::Dispatch { pipeline: one, push, groups, .. },
+            Work::Dispatch { pipeline: other, push: pushed, groups: others, .. },
+        ) => {
+            let fixed = |groups: &Groups| matches!(groups, Groups::Fixed(_));
+            one == other && push.len() == pushed.len() && fixed(groups) == fixed(others)
+        }
         (Work::Render(one), Work::Render(other)) => {
             one.pipelines == other.pipelines
                 && one.extent == other.extent

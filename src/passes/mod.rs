@@ -52,6 +52,7 @@ use ash::vk;
 
 use crate::graph::program::Program;
 use crate::graph::{Binding, BufferHandle, ComputePipeline, Graph, Groups, ImageHandle, SamplerState, Work};
+use crate::plan::bounced::Carried;
 use crate::plan::{Accumulation, Deferred, DepthBounds, LightPass, Plan, ShadowUpdate, Tiles};
 use depth_reduce::Samples;
 use transparent::Opaque;
@@ -91,12 +92,17 @@ pub fn frame(plan: &Plan) -> Frame {
     let mut graph = Graph::new();
     let mut scene = SceneHandles::declare(&mut graph, plan);
     if !plan.shows_surfaces() {
+        let once = plan.shadow_update == ShadowUpdate::Once;
+        // Light that goes on from frame to frame is gathered in each.
+        let goes_on = plan.bounced.as_ref().is_some_and(|bounced| bounced.carried == Carried::Light);
         shadow_map::add(&mut graph, plan, &mut scene);
+        if once && goes_on && scene.shadows.is_some() {
+            graph.end_once();
+        }
         patch_gather::add(&mut graph, plan, &mut scene);
-    }
-    let moves = plan.shadow_update == ShadowUpdate::Frame;
-    if (scene.shadows.is_some() || scene.bounced.is_some()) && !moves {
-        graph.end_once();
+        if once && !goes_on && (scene.shadows.is_some() || scene.bounced.is_some()) {
+            graph.end_once();
+        }
     }
     let depth = plan.prepass.then(|| depth_prepass::add(&mut graph, plan, &scene));
     let layers: Vec<(&'static str, ImageHandle)> = if plan.shows_surfaces() {

@@ -13,6 +13,7 @@ use super::resources::{BouncedHandles, SceneHandles};
 use super::{patch_light, patch_product};
 use crate::graph::access::{ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel};
 use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Lifetime, Work};
+use crate::plan::bounced::Carried;
 use crate::plan::bounced::matrix::{MatrixFormat, Parts};
 use crate::plan::{Bounced, Plan};
 use crate::shaders::radiosity::patch_gather;
@@ -23,16 +24,17 @@ pub fn add(graph: &mut Graph, plan: &Plan, scene: &mut SceneHandles) {
     let Some(bounced) = &plan.bounced else { return };
     let fixed = Lifetime::Static;
     let light_bytes = (bounced.patches.len() * size_of::<PatchLight>()) as u64;
-    let two = bounced.steps.len() > 1 || !bounced.feedback;
+    let carries = bounced.carried != Carried::Nothing;
+    let two = bounced.steps.len() > 1 || !carries;
     let names: &[&str] = if two { &["patch_light", "patch_light_2"] } else { &["patch_light"] };
     let mut lights: Vec<BufferHandle> =
         names.iter().map(|name| graph.buffer(name, light_bytes, Lifetime::Transient)).collect();
-    let kept = bounced.feedback.then(|| graph.buffer("patch_light_kept", light_bytes, Lifetime::Kept));
+    let kept = carries.then(|| graph.buffer("patch_light_kept", light_bytes, Lifetime::Kept));
     let mut of = BouncedHandles {
         places: graph.buffer("bounced_places", bounced.places.len() as u64 * 16, fixed),
         words: graph.word_buffer("bounced_words", bounced.bake.transfer.words.len() as u64 * 4, fixed),
         patches: graph.buffer("patches", size_of_val(bounced.patches.as_slice()) as u64, fixed),
-        points: graph.buffer("patch_points", bounced.points.len() as u64 * 12, fixed),
+        points: graph.buffer("patch_points", bounced.points.len() as u64 * 24, fixed),
         matrix: graph.word_buffer("patch_matrix", bounced.matrix.words.len() as u64 * 4, fixed),
         matrix_image: bounced
             .matrix

@@ -9,9 +9,20 @@ use super::forward::light_constants;
 use super::{SceneHandles, resources::BouncedHandles};
 use crate::graph::access::{ComputeStorageRead, ComputeStorageWrite, ComputeTexel, ComputeUniform};
 use crate::graph::{BufferHandle, ComputePipeline, Graph, Groups, Work};
-use crate::plan::Plan;
+use crate::plan::bounced::Carried;
+use crate::plan::{Bounced, Plan};
 use crate::shaders::radiosity::patch_light;
-use crate::shared::{MOST_GROUPS, PATCH_POINTS, PatchPush, SHADING_LAMBERT};
+use crate::shared::{
+    CARRIED_CHANGES, CARRIED_LIGHT, CARRIED_NOTHING, MOST_GROUPS, PATCH_POINTS, PatchPush, SHADING_LAMBERT,
+};
+
+fn carried(bounced: Option<&Bounced>) -> u32 {
+    match bounced.map_or(Carried::Nothing, |bounced| bounced.carried) {
+        Carried::Nothing => CARRIED_NOTHING,
+        Carried::Light => CARRIED_LIGHT,
+        Carried::Changes => CARRIED_CHANGES,
+    }
+}
 
 /// Adds the pass; `kept` is the light of the frame before, where gathers go on from it.
 pub fn add(
@@ -23,6 +34,7 @@ pub fn add(
 ) {
     let constants = light_constants(plan);
     let count = plan.bounced.as_ref().map_or(0, |bounced| bounced.patches.len() as u32);
+    let afresh = plan.bounced.as_ref().is_some_and(|bounced| bounced.afresh);
     let set = patch_light::Bindings {
         frame: ComputeUniform(scene.frame),
         patches: ComputeStorageRead(of.patches),
@@ -40,7 +52,7 @@ pub fn add(
         bounced_light: None,
     };
     let spec = patch_light::Spec {
-        FEEDBACK: kept.is_some(),
+        CARRIED: carried(plan.bounced.as_ref()),
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
         LIGHT_TEXELS: constants.texels,
@@ -57,7 +69,7 @@ pub fn add(
     let work = Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_light::PROGRAM, constants: spec.values() },
         bindings: set.list(),
-        push: bytes_of(&PatchPush { count }).to_vec(),
+        push: bytes_of(&PatchPush { count, afresh: u32::from(afresh) }).to_vec(),
         groups: Groups::Fixed([groups.min(MOST_GROUPS), groups.div_ceil(MOST_GROUPS), 1]),
     };
     graph.add("patch_light", work);

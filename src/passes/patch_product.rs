@@ -11,6 +11,7 @@ use super::resources::BouncedHandles;
 use crate::graph::access::{ComputeSampled, ComputeStorageRead, ComputeStorageWrite, ComputeTexel};
 use crate::graph::{BufferHandle, ComputePipeline, Groups, Work};
 use crate::plan::Bounced;
+use crate::plan::bounced::Carried;
 use crate::shaders::radiosity::patch_product;
 use crate::shared::{MOST_GROUPS, ProductPush};
 
@@ -30,7 +31,12 @@ pub(super) fn work(
         bounced_sent: Some(ComputeTexel(before)),
         bounced_matrix_image: of.matrix_image.map(|image| ComputeSampled(image, nearest_sampler())),
     };
-    let spec = patch_product::Spec { CODEC: matrix.codec, MATRIX_PATH: matrix.path, GROUP_SIZE: bounced.lanes };
+    let spec = patch_product::Spec {
+        CODEC: matrix.codec,
+        MATRIX_PATH: matrix.path,
+        GROUP_SIZE: bounced.lanes,
+        COLUMNS: bounced.carried == Carried::Changes,
+    };
     let groups = push.count.div_ceil(4);
     Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_product::PROGRAM, constants: spec.values() },

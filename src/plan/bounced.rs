@@ -5,12 +5,12 @@ use std::sync::Arc;
 use glam::DMat4;
 
 use super::effects::Effect;
-use super::{Gathering, Gi, Iteration, Limits, Plan, Request, Technique};
+use super::{EffectName, Gathering, Gi, Iteration, Limits, Plan, Request, Technique};
 use crate::error::{Error, Result};
 use crate::radiosity::bake::{CodecName, POINTS};
 use crate::radiosity::spectrum::Spectrum;
 use crate::radiosity::{Bake, Patch};
-use crate::scene::lighting::Lighting;
+use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::View;
 use crate::shared::{self, PatchData, PatchLight};
 
@@ -27,6 +27,22 @@ const STORAGE_BUFFERS: u32 = 5;
 /// Each of the first four threads of a group ends a row.
 const LEAST_LANES: u32 = 4;
 
+/// Changes are added up so many times before light is gathered afresh: each adds a rounding of 2^-24.
+const AFRESH: u32 = 64;
+/// Of what a light was: if it is fainter than that light is gathered afresh.
+const FAINTER: f64 = 0.1;
+
+/// What is made of the light of the frame before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carried {
+    /// Nothing.
+    Nothing,
+    /// Gathers go on from it.
+    Light,
+    /// What changed is gathered, and added to it.
+    Changes,
+}
+
 /// What is gathered, and how.
 #[derive(Debug, Clone)]
 pub struct Bounced {
@@ -38,16 +54,20 @@ pub struct Bounced {
     pub places: Vec<[f32; 4]>,
     /// What of patches light does not change, view space.
     pub patches: Vec<PatchData>,
-    /// Points of patches, view space.
-    pub points: Vec<[f32; 3]>,
+    /// Points of patches and the normals there, view space.
+    pub points: Vec<[[f32; 3]; 2]>,
     /// The matrix.
     pub matrix: Matrix,
     /// A thread adds a row by itself.
     pub thread_rows: bool,
     /// All light and all surfaces are grey: one channel is gathered.
     pub grey: bool,
-    /// Gathers go on from the light of the frame before.
-    pub feedback: bool,
+    /// What is made of the light of the frame before.
+    pub carried: Carried,
+    /// Nothing of it, this time.
+    pub afresh: bool,
+    /// Moves since the plan was made.
+    moves: u32,
     /// Threads of a group, a power of two of at least four.
     pub lanes: u32,
     /// Cells and lists are more words than a texel buffer holds: shading reads them from a storage buffer.
@@ -74,7 +94,8 @@ impl Bounced {
         let brightest = bake.patches.list.iter().map(|p| p.reflectance.max_element()).fold(0.0, f64::max);
         let emits = bake.patches.list.iter().any(|p| p.emission.max_element() > 0.0);
         let most = brightest * bake.factors.most_seen;
-        if !emits && most <= tolerance {
+        let forced = request.overrides.iter().any(|o| o.effect == EffectName::Radiosity && o.forced);
+        if !emits && most <= tolerance && !forced {
             let why = format!("at most {most:.4} of the light is reflected, less than the tolerance {tolerance}");
             return Ok((None, why));
         }
@@ -101,7 +122,11 @@ impl Bounced {
             let share = if emits { 1.0 } else { largest.max(-smallest).min(1.0) };
             let left = |count: &u32| share * left_after(*count, iteration, smallest, largest) <= tolerance;
             let count = gathers.unwrap_or_else(|| (1..most).find(left).unwrap_or(most));
-            let why = if gathers.is_some() { "as asked for".into() } else { format!("leave {tolerance} of all light") };
+            let why = match gathers {
+                Some(_) => "as asked for".into(),
+                None if emits => format!("leave {tolerance} of what bounces and is emitted"),
+                None => format!("leave {tolerance} of all light, of which at most {share:.3} has bounced"),
+            };
             let how = format!(
                 "{count} gathers ({}) {why}; reflection has eigenvalues from {smallest:.3} to {largest:.3}",
                 iteration.name()
@@ -114,16 +139,27 @@ impl Bounced {
         let lit_grey = !request.lights_move && lighting.lights.iter().all(|light| is_grey(light.intensity));
         let grey = surfaces && lit_grey && !bake.settings.codec.is_summed();
         let how = if grey { format!("{how}; one channel, for all is grey") } else { how };
+        let carried = match () {
+            () if feedback => Carried::Light,
+            () if request.lights_move && bake.settings.codec.is_summed() => Carried::Changes,
+            () => Carried::Nothing,
+        };
+        let how = match carried {
+            Carried::Changes => format!("{how}, of columns whose light changed"),
+            _ => how,
+        };
         let matrix = Matrix::new(&bake, path, limits)?;
         let planned = Self {
             steps,
             places: places(&bake, view),
             patches: bake.patches.list.iter().map(|patch| patch_data(patch, view)).collect(),
-            points: bake.points.iter().map(|p| view.world_to_view.transform_point3(*p).as_vec3().to_array()).collect(),
+            points: bake.points.iter().map(|point| point_data(point, view)).collect(),
             matrix,
             lanes: limits.subgroup_size.clamp(LEAST_LANES, shared::GATHER_LANES).next_power_of_two(),
             thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
-            feedback,
+            carried,
+            afresh: carried == Carried::Changes,
+            moves: 0,
             grey,
             words_in_storage: bake.transfer.words.len() as u64 > limits.max_texel_elements,
             bake,
@@ -133,6 +169,35 @@ impl Bounced {
         let (patches, codec) = (bake.patches.list.len(), bake.settings.codec.name());
         let why = format!("{patches} patches, {codec} ({:.3} bytes an element): {how}", bake.bytes_an_element());
         Ok((Some(planned), why))
+    }
+
+    /// Other lights: what is known of the light of patches is taken over, but from time to time, and where a light became so much fainter that
+    /// rounding of what it gave would be seen.
+    pub(super) fn go_on(&mut self, before: &Lighting, after: &Lighting) {
+        self.moves += 1;
+        let brightness = |light: &ResolvedLight| light.intensity.max_element();
+        let fainter = before.lights.len() != after.lights.len()
+            || before.lights.iter().zip(&after.lights).any(|(a, b)| brightness(b) < FAINTER * brightness(a));
+        self.afresh = self.carried == Carried::Changes && (fainter || self.moves % AFRESH == 0);
+    }
+
+    /// Lights are read from a storage buffer: with the light of the frame before that makes one more than the least that devices bind.
+    ///
+    /// # Errors
+    /// Light that is to go on from frame to frame, on such a device.
+    pub(super) fn with_lights_in_storage(&mut self, limits: &Limits) -> Result<()> {
+        match self.carried {
+            _ if limits.max_stage_storage_buffers >= STORAGE_BUFFERS => {}
+            Carried::Nothing => {}
+            Carried::Changes => (self.carried, self.afresh) = (Carried::Nothing, false),
+            Carried::Light => {
+                return Err(Error::new(format!(
+                    "--gi-feedback: light of the frame before is the last of {STORAGE_BUFFERS} storage buffers of a stage, this device has {}",
+                    limits.max_stage_storage_buffers
+                )));
+            }
+        }
+        Ok(())
     }
 
     fn check(&self, limits: &Limits) -> Result<()> {
@@ -157,9 +222,9 @@ impl Bounced {
 
     /// Bytes of all buffers of bounced light.
     pub fn bytes(&self) -> u64 {
-        let buffers = if self.feedback && self.steps.len() > 1 { 3 } else { 2 };
+        let buffers = if self.carried != Carried::Nothing && self.steps.len() > 1 { 3 } else { 2 };
         let light = buffers * size_of::<PatchLight>() * self.patches.len();
-        let texels = 16 * self.places.len() + 12 * self.points.len();
+        let texels = 16 * self.places.len() + 24 * self.points.len();
         let words = 4 * self.bake.transfer.words.len();
         self.matrix.bytes() + (light + texels + words + size_of_val(self.patches.as_slice())) as u64
     }
@@ -197,6 +262,11 @@ pub fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> V
             [step as f32, weight as f32]
         })
         .collect()
+}
+
+fn point_data([at, normal]: &[glam::DVec3; 2], view: &View) -> [[f32; 3]; 2] {
+    let normal = view.world_to_view.transform_vector3(*normal).normalize_or_zero();
+    [view.world_to_view.transform_point3(*at).as_vec3().to_array(), normal.as_vec3().to_array()]
 }
 
 fn patch_data(patch: &Patch, view: &View) -> PatchData {

@@ -129,7 +129,7 @@ impl Plan {
     /// are taken over, all that hangs on lights is planned anew.
     ///
     /// # Errors
-    /// As [`Plan::new`]; a request under which lights do not move.
+    /// As [`Plan::new`]; a request under which lights do not move, or for another picture.
     pub fn relit(self, scene: &Scene, request: &Request, limits: &Limits) -> Result<Self> {
         if !request.lights_move {
             return Err(Error::usage("lights of this picture do not move"));
@@ -189,8 +189,18 @@ impl Plan {
         let shadowed = shadows::select(&mut lighting, scene, request, &view, extent);
         let technique = request.technique;
         let samples = samples::decide(request, limits, &mut notes)?;
+        if kept.as_ref().is_some_and(|kept| kept.view != view || kept.shading != request.shading) {
+            return Err(Error::usage(
+                "another camera, size or shading is another picture, which has to be planned anew",
+            ));
+        }
         let (materials, geometry, gathered) = match kept {
-            Some(kept) => (kept.materials, kept.geometry, Some((kept.bounced, kept.bounced_why))),
+            Some(mut kept) => {
+                if let Some(bounced) = &mut kept.bounced {
+                    bounced.go_on(&kept.lighting, &lighting);
+                }
+                (kept.materials, kept.geometry, Some((kept.bounced, kept.bounced_why)))
+            }
             None => {
                 let materials = materials::Materials::new(scene, request.shading, limits)?;
                 let geometry = Geometry::new(scene, &view, &materials, request.transparent_sort, limits)?;
@@ -202,8 +212,12 @@ impl Plan {
         // Samples that one invocation may shade.
         let each = if technique.is_deferred() { samples.max(4) } else { 1 };
         let limits = &shadows.as_ref().map_or(Ok(limits.clone()), |shadows| shadows.leave(each, limits))?;
-        let (bounced, bounced_why) = gathered.map_or_else(|| Bounced::new(request, &view, &lighting, limits), Ok)?;
+        let (mut bounced, bounced_why) =
+            gathered.map_or_else(|| Bounced::new(request, &view, &lighting, limits), Ok)?;
         let lights = LightTable::new(&lighting, &view, request.fetch_or_default(), limits)?;
+        if let Some(bounced) = bounced.as_mut().filter(|_| lights.fetch == Fetch::Storage) {
+            bounced.with_lights_in_storage(limits)?;
+        }
         let prepass = technique != Technique::Reference && request.prepass && !geometry.draws.is_empty();
         // Views of lists show that they are empty.
         let listed = lighting.lights.iter().any(|l| l.kind != LightKind::Directional) || request.debug_view.is_some();
@@ -236,12 +250,7 @@ impl Plan {
             light_parts: LightParts::WHOLE,
             shadows,
             transparency: None,
-            // What goes on from frame to frame runs in each.
-            shadow_update: if bounced.as_ref().is_some_and(|b| b.feedback) {
-                ShadowUpdate::Frame
-            } else {
-                request.shadow_update
-            },
+            shadow_update: request.shadow_update,
             lights_move: request.lights_move,
             gi: request.gi,
             bounced,

@@ -1,7 +1,7 @@
 //! `--force` and `--forbid`: effects that run, or do not, whatever calls for them. What materials call for is changed in the scene, before it is
 //! planned; what the picture asks for, in the request.
 
-use super::request::{DepthBounds, Technique};
+use super::request::{DepthBounds, Gi, Technique};
 use super::{Effect, Request};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -28,11 +28,13 @@ pub enum EffectName {
     Msaa,
     /// Shadows of lights.
     Shadows,
+    /// Bounced light.
+    Radiosity,
 }
 
 impl EffectName {
     /// Every name.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Prepass,
         Self::DepthBounds,
         Self::Transparency,
@@ -42,6 +44,7 @@ impl EffectName {
         Self::MaterialModels,
         Self::Msaa,
         Self::Shadows,
+        Self::Radiosity,
     ];
 
     /// As typed, and as the JSON names the effect.
@@ -56,6 +59,7 @@ impl EffectName {
             Self::MaterialModels => "material_models",
             Self::Msaa => "msaa",
             Self::Shadows => "shadows",
+            Self::Radiosity => "radiosity",
         }
     }
 
@@ -66,7 +70,7 @@ impl EffectName {
             Self::NormalMaps => Some(MaterialEffect::NormalMaps),
             Self::Parallax => Some(MaterialEffect::Parallax),
             Self::MaterialModels => Some(MaterialEffect::MaterialModels),
-            Self::Prepass | Self::DepthBounds | Self::Msaa | Self::Shadows => None,
+            Self::Prepass | Self::DepthBounds | Self::Msaa | Self::Shadows | Self::Radiosity => None,
         }
     }
 }
@@ -121,6 +125,14 @@ fn override_request(request: &mut Request, effect: EffectName, forced: bool) -> 
         // Which lights ask and reach what is seen is found later (plan/shadows/select.rs).
         (EffectName::Shadows, true) if request.shadows == Some(0) => {
             return Err(Error::usage("--shadows 0 contradicts --force shadows"));
+        }
+        (EffectName::Radiosity, false) if matches!(request.gi, Gi::Radiosity(_)) => {
+            request.gi = Gi::Off;
+            request.rules.emission_lights = false;
+        }
+        // What it would be gathered with has to be said; that it is worth a pass need not (plan/bounced.rs).
+        (EffectName::Radiosity, true) if !matches!(request.gi, Gi::Radiosity(_)) => {
+            return Err(Error::usage("--force radiosity needs --gi radiosity or --gi radiosity:DIR"));
         }
         (EffectName::DepthBounds, false) => request.depth_bounds = Some(DepthBounds::Off),
         (EffectName::DepthBounds, true) if !lists || !request.prepass => {

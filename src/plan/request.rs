@@ -133,7 +133,8 @@ pub struct Request {
     pub shadow_size: u32,
     /// When maps are drawn.
     pub shadow_update: ShadowUpdate,
-    /// Lights will turn, or be switched ([`Plan::relit`](super::Plan::relit)): there is room for what any of that needs.
+    /// Lights will turn, or be switched ([`Plan::relit`](super::Plan::relit)): shadow maps have places for all that they may come to show, and lamps that
+    /// are off keep theirs. Lists of lights have the room that lights need as they are planned at first: lamps should be on then.
     pub lights_move: bool,
     /// Texels that the edge of a shadow is spread over, 0 to 8.
     pub shadow_filter: u32,

@@ -181,8 +181,8 @@ pub struct Bake {
     pub settings: Settings,
     /// Patches and what was left out; their triangles are not kept in files.
     pub patches: Patches,
-    /// [`POINTS`] places a patch, world space.
-    pub points: Vec<DVec3>,
+    /// [`POINTS`] places a patch with the unit normals there, world space.
+    pub points: Vec<[DVec3; 2]>,
     /// The exchange matrix.
     pub operator: Operator,
     /// Where light of patches is mixed.

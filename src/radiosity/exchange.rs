@@ -23,8 +23,8 @@ pub struct Exchange {
     pub fingerprint: String,
     /// Patches and what was left out.
     pub patches: Patches,
-    /// [`POINTS`] places a patch, world space.
-    pub points: Vec<DVec3>,
+    /// [`POINTS`] places a patch with the unit normals there, world space.
+    pub points: Vec<[DVec3; 2]>,
     /// Where light of patches is mixed.
     pub transfer: Transfer,
     /// Form factors over areas, symmetric, 1 / m^2.
@@ -103,7 +103,7 @@ pub fn runs(count: usize) -> Vec<Range<usize>> {
     runs
 }
 
-fn points_of(patches: &Patches, index: usize) -> Vec<DVec3> {
+fn points_of(patches: &Patches, index: usize) -> Vec<[DVec3; 2]> {
     let patch = &patches.list[index];
     let mut random = Random::new((index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
     (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect()

@@ -26,6 +26,8 @@ const SAMPLES: u32 = 16;
 const FAR_RAYS: u32 = 4;
 /// Rays from each patch that tell what its row sums to.
 const ROW_RAYS: u32 = 256;
+/// Rows of a batch for each core, at least.
+const ROWS_A_CORE: usize = 4;
 /// Columns are counted in 16 bits.
 pub const MOST_PATCHES: usize = 1 << 15;
 /// Rows that sum to less see next to nothing: their rays are too few to judge them by.
@@ -76,7 +78,7 @@ impl RawRows {
     /// Rows `first` to `end` on all cores: the same numbers however rows are grouped, and whoever looks. `progress` is told of each row that is done.
     ///
     /// # Errors
-    /// Of who looks.
+    /// Those of the one who looks.
     pub fn new(
         patches: &Patches,
         sight: &dyn Sight,
@@ -90,7 +92,8 @@ impl RawRows {
         while next < rows.end {
             // As many rows as a batch holds.
             let (begin, mut pairs) = (next, 0);
-            while next < rows.end && (next == begin || pairs + patches.list.len() - next <= sight.batch_pairs()) {
+            let all_cores = begin + ROWS_A_CORE * rayon::current_num_threads();
+            while next < rows.end && (next < all_cores || pairs + patches.list.len() - next <= sight.batch_pairs()) {
                 pairs += patches.list.len() - next;
                 next += 1;
             }
@@ -347,9 +350,10 @@ fn sees(patch: &Patch, other: &Patch) -> bool {
     other.triangles.iter().flatten().any(|p| (*p - patch.center).dot(patch.normal) > slack)
 }
 
-/// A point of a patch: stratum k of n by area, anywhere in the triangle that it falls on.
-pub(super) fn point_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> DVec3 {
-    place_on(patch, k, n, random).0
+/// A point of a patch and the normal there: stratum k of n by area, anywhere in the triangle that it falls on.
+pub(super) fn point_on(patch: &Patch, k: u32, n: u32, random: &mut Random) -> [DVec3; 2] {
+    let (at, triangle) = place_on(patch, k, n, random);
+    [at, patch.looks(triangle)]
 }
 
 /// The same with the patch's triangle that it is on.
@@ -372,8 +376,8 @@ fn row_target(patch: &Patch, occluders: &Reference, seed: u64) -> f64 {
     let side = ROW_RAYS.isqrt();
     let mut met = 0u32;
     for k in 0..side * side {
-        let at = point_on(patch, k, side * side, &mut random);
-        let direction = by_cosine(patch.normal, k, side, [random.unit_f64(), random.unit_f64()]);
+        let [at, normal] = point_on(patch, k, side * side, &mut random);
+        let direction = by_cosine(normal, k, side, [random.unit_f64(), random.unit_f64()]);
         met += u32::from(occluders.meets_a_patch(at, direction));
     }
     f64::from(met) / f64::from(side * side)

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 pub use rows::{load_rows, rows_path, store_rows};
 
 /// Raised when a file changes its meaning.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// The file that says what the others are.
 pub const MANIFEST: &str = "manifest.json";
 
@@ -84,10 +84,10 @@ fn arrays(bake: &Bake) -> Vec<(&'static str, Vec<u8>)> {
         numbers
     };
     let patches: Vec<f64> = bake.patches.list.iter().flat_map(patch).collect();
-    let points: Vec<f64> = bake.points.iter().flat_map(|p| p.to_array()).collect();
+    let points: Vec<f64> = bake.points.iter().flatten().flat_map(|v| v.to_array()).collect();
     let mut arrays = vec![
         ("patches.npy", npy::write(&[count, PATCH_NUMBERS], &patches)),
-        ("points.npy", npy::write(&[count, POINTS as usize, 3], &points)),
+        ("points.npy", npy::write(&[count, POINTS as usize, 6], &points)),
         ("transfer.npy", npy::write(&[bake.transfer.words.len()], &bake.transfer.words)),
     ];
     arrays.extend(operator::arrays(&bake.operator));
@@ -237,9 +237,9 @@ pub fn load(folder: &Path, fingerprint: &str) -> Result<Bake> {
             emission: DVec3::new(n[11], n[12], n[13]),
         })
         .collect();
-    let points = doubles("points.npy", &[count, POINTS as usize, 3])?
-        .chunks_exact(3)
-        .map(|p| DVec3::new(p[0], p[1], p[2]))
+    let points = doubles("points.npy", &[count, POINTS as usize, 6])?
+        .chunks_exact(6)
+        .map(|p| [DVec3::new(p[0], p[1], p[2]), DVec3::new(p[3], p[4], p[5])])
         .collect();
     let arrays = operator::Arrays { folder, read: &read };
     let operator = operator::load(&arrays, manifest.settings.codec, count, manifest.residual_scale.unwrap_or(1.0))?;

@@ -37,7 +37,7 @@ pub trait Sight: Sync {
 
 impl Sight for Reference<'_> {
     fn open(&self, segments: &[&[Segment]]) -> Result<Vec<Vec<bool>>> {
-        let of = |run: &&[Segment]| run.iter().map(|s| !self.is_blocked(s.from, s.to)).collect();
+        let of = |run: &&[Segment]| run.iter().map(|s| !self.is_blocked_past(s.from, s.to, s.triangles)).collect();
         Ok(segments.par_iter().map(of).collect())
     }
 

@@ -21,18 +21,18 @@ pub fn direct(patches: &Patches, occluders: &Reference, shader: &Shader, seed: u
         let mut random = Random::new(seed ^ (index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
         (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect::<Vec<_>>()
     };
-    let points: Vec<DVec3> = patches.list.iter().enumerate().flat_map(of).collect();
+    let points: Vec<[DVec3; 2]> = patches.list.iter().enumerate().flat_map(of).collect();
     direct_at(patches, &points, occluders, shader)
 }
 
-/// The same at given points, as many of each patch.
-pub fn direct_at(patches: &Patches, points: &[DVec3], occluders: &Reference, shader: &Shader) -> Vec<DVec3> {
+/// The same at given points with their normals, as many of each patch.
+pub fn direct_at(patches: &Patches, points: &[[DVec3; 2]], occluders: &Reference, shader: &Shader) -> Vec<DVec3> {
     let each = points.len() / patches.list.len().max(1);
-    let of = |(index, patch): (usize, &super::Patch)| {
+    let of = |index: usize| {
         let own = &points[index * each..(index + 1) * each];
-        own.iter().map(|p| occluders.irradiance(shader, *p, patch.normal)).sum::<DVec3>() / each.max(1) as f64
+        own.iter().map(|[at, normal]| occluders.irradiance(shader, *at, *normal)).sum::<DVec3>() / each.max(1) as f64
     };
-    patches.list.par_iter().enumerate().map(of).collect()
+    (0..patches.list.len()).into_par_iter().map(of).collect()
 }
 
 /// Irradiance of each patch from all others, of emission and of `direct` light after any number of reflections or at most `bounces` of them. Ends

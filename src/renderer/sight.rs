@@ -13,7 +13,7 @@ use crate::gpu::realize::Realized;
 use crate::graph::checker::{self, Progress, Violation};
 use crate::graph::hazard::{self, Barrier};
 use crate::graph::log::Event;
-use crate::graph::{Graph, Work};
+use crate::graph::{Graph, Groups, Work};
 use crate::passes::sight::{SightFrame, frame};
 use crate::radiosity::sight::{Segment, Sight};
 use crate::record::Recorder;
@@ -55,19 +55,20 @@ struct OnDevice<'a> {
 }
 
 impl Renderer {
-    /// Uploads the triangles of a scene that stop light; `reference` sees it from the world's axes.
+    /// Uploads the triangles of a scene that stop light; `reference` sees it from the world's axes, and segments begin and end at most `beyond` metres
+    /// outside of the box of all triangles.
     ///
     /// # Errors
     /// Out of memory, or more triangles than this device binds at once.
-    pub fn sight<'a>(&'a self, reference: &'a Reference<'a>) -> Result<DeviceSight<'a>> {
+    pub fn sight<'a>(&'a self, reference: &'a Reference<'a>, beyond: f64) -> Result<DeviceSight<'a>> {
         let hierarchy = reference.hierarchy();
         let walk = hierarchy.threaded();
         let corners = || walk.iter().flat_map(|node| node.triangles).flat_map(|&id| *hierarchy.corners(id));
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
         let origin = if low.is_finite() { (low + high) * 0.5 } else { DVec3::ZERO };
-        let size = corners().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
-        let world = corners().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        let size = corners().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max) + beyond;
+        let world = corners().map(|p| p.abs().max_element()).fold(0.0, f64::max) + beyond;
         let off = OFF * size;
         let (mut nodes, mut triangles): (Vec<[u32; 4]>, Vec<[u32; 4]>) = (Vec::new(), Vec::new());
         for node in &walk {
@@ -128,6 +129,13 @@ impl DeviceSight<'_> {
         self.device.lock().map(|device| device.looked).unwrap_or_default()
     }
 
+    /// Begins to count again.
+    pub fn forget_looked(&self) {
+        if let Ok(mut device) = self.device.lock() {
+            device.looked = [0; 2];
+        }
+    }
+
     /// What the checker found in all that was recorded; empty is the proof.
     pub fn check(&self) -> Vec<Violation> {
         self.device.lock().map(|device| device.violations.clone()).unwrap_or_default()
@@ -173,8 +181,9 @@ fn texel(place: DVec3, word: u32) -> [u32; 4] {
 /// How many segments there are, to the one pass.
 fn tell(graph: &mut Graph, of: SightPush) {
     for node in &mut graph.nodes {
-        if let Work::Dispatch { push, .. } = &mut node.work {
+        if let Work::Dispatch { push, groups, .. } = &mut node.work {
             *push = bytemuck::bytes_of(&of).to_vec();
+            *groups = Groups::Fixed([of.count.div_ceil(64).max(1), 1, 1]);
         }
     }
 }
@@ -195,7 +204,7 @@ impl Sight for DeviceSight<'_> {
         let decided = |(segment, word): (&&Segment, &u32)| match *word {
             SIGHT_MISSED => true,
             SIGHT_MET => false,
-            _ => !self.reference.is_blocked(segment.from, segment.to),
+            _ => !self.reference.is_blocked_past(segment.from, segment.to, segment.triangles),
         };
         let open: Vec<bool> = all.par_iter().zip(&seen).map(decided).collect();
         let mut rest = open.as_slice();

@@ -78,6 +78,7 @@ pub(super) fn lights(
     }
     if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
         uploader.buffer(queue, realized.buffer(cluster_handles.grid), bytes_of(&clusters.grid))?;
+        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
     }
     if let (Some(shadows), Some(shadow_handles)) = (&plan.shadows, &handles.shadows) {
         uploader.buffer(queue, realized.buffer(shadow_handles.maps), cast_slice(&shadows.texels()))?;
@@ -95,7 +96,7 @@ pub(super) fn lights(
 pub(super) fn largest_of_lights(frame: &Frame) -> u64 {
     let handles = &frame.scene;
     let of_tiles = handles.tiles.iter().flat_map(|tiles| [tiles.grid, tiles.lights]);
-    let of_clusters = handles.clusters.iter().map(|clusters| clusters.grid);
+    let of_clusters = handles.clusters.iter().flat_map(|clusters| [clusters.grid, clusters.slices]);
     let maps = handles.shadows.iter().map(|shadows| shadows.maps);
     let shapes = handles.light_volumes.into_iter().chain(handles.light_markers);
     let all = [handles.frame, handles.lights].into_iter().chain(of_tiles).chain(of_clusters).chain(maps).chain(shapes);
@@ -128,9 +129,6 @@ pub(super) fn scene(
     if let Some(given) = &handles.given {
         let [width, height] = given.size;
         uploader.image(queue, realized.image(given.image), &[(width, height, given.bytes.as_slice())])?;
-    }
-    if let (Some(clusters), Some(cluster_handles)) = (&plan.clusters, &handles.clusters) {
-        uploader.buffer(queue, realized.buffer(cluster_handles.slices), cast_slice(&clusters.slice_texels()))?;
     }
     if let (Some(bounced), Some(of)) = (&plan.bounced, &handles.bounced) {
         uploader.buffer(queue, realized.buffer(of.places), cast_slice(&bounced.places))?;

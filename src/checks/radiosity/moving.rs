@@ -10,8 +10,8 @@ use crate::error::{Error, Result};
 use crate::graph::log::Event;
 use crate::passes;
 use crate::plan::{Gathering, Gi, Plan, Request, Technique};
-use crate::radiosity::Patch;
-use crate::radiosity::bake::{Bake, CodecName};
+use crate::radiosity::bake::{Bake, CodecName, Settings};
+use crate::radiosity::{Exchange, Patch};
 use crate::renderer::{Prepared, Renderer};
 use crate::scene::{Light, LightKind, Scene, builtin};
 
@@ -50,7 +50,13 @@ pub fn radiosity_moving(renderer: &Renderer) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let mut scene = fixture()?;
     let bake = baked(&scene, 150, CodecName::ZeroBlock)?;
-    for technique in [Technique::Forward, Technique::TiledForward, Technique::ClusteredDeferred] {
+    for technique in [
+        Technique::Forward,
+        Technique::TiledForward,
+        Technique::Deferred,
+        Technique::TiledDeferred,
+        Technique::ClusteredDeferred,
+    ] {
         let moving = Request { lights_move: true, shadow_size: 256, ..request(&bake, technique) };
         let still = Request { lights_move: false, ..moving.clone() };
         let limits = renderer.limits();
@@ -103,7 +109,9 @@ pub fn radiosity_moving(renderer: &Renderer) -> Result<Vec<Row>> {
             "faults",
         ));
     }
+    rows.extend(refusals(renderer, &mut scene, &bake)?);
     feedback(renderer, &mut scene, &mut rows)?;
+    columns(renderer, &mut rows)?;
     Ok(rows)
 }
 
@@ -184,6 +192,16 @@ fn feedback(renderer: &Renderer, scene: &mut Scene, rows: &mut Vec<Row>) -> Resu
         last / norm(&bright),
         bake.spectrum.largest.powi(FRAMES / 2) * 1.01,
     ));
+    // Light that passes all numbers is gone when its lamp is.
+    for intensity in [3e38, 0.0] {
+        scene.lights[1].intensity = intensity;
+        plan = plan.relit(scene, &moving, &limits)?;
+        prepared.relight_frame(&plan, passes::patch_frame(&plan))?;
+        prepared.draw(2)?;
+    }
+    let left = irradiance(&mut prepared)?;
+    let broken = left.iter().flatten().filter(|x| !x.is_finite()).count();
+    rows.push(Row::none("R17 a lamp of 3e38 candela that went out", broken, "numbers are none"));
     rows.push(Row::none("light that settles: every access ordered", prepared.check().len(), "not ordered"));
     Ok(())
 }
@@ -193,4 +211,79 @@ fn irradiance(prepared: &mut Prepared) -> Result<Vec<[f64; 3]>> {
     let picture = prepared.read_back()?;
     let values = picture.layer("patch_light").ok_or_else(|| Error::new("no light of patches was read back"))?;
     Ok(values.chunks_exact(16).map(|p| std::array::from_fn(|c| f64::from(p[c]))).collect())
+}
+
+/// Columns whose light changed, added to what is known, come to what is gathered afresh.
+fn columns(renderer: &Renderer, rows: &mut Vec<Row>) -> Result<()> {
+    let limits = renderer.limits();
+    let mut scene = fixture()?;
+    let exchange = Exchange::of_scene(&scene, &Settings::of_count(150))?;
+    for codec in [CodecName::Bc1, CodecName::DenseF16, CodecName::Thesis, CodecName::Bc4Chroma] {
+        let bake = Arc::new(Bake::new(exchange.clone(), Settings::of_codec(codec))?);
+        let moving = Request { lights_move: true, shadow_size: 256, ..request(&bake, Technique::Forward) };
+        scene.lights[0].direction = toward(0.0);
+        scene.lights[1].intensity = 20.0;
+        let mut plan = Plan::new(&scene, &moving, &limits)?;
+        let mut prepared = renderer.prepare_frame(&scene, &plan, passes::patch_frame(&plan))?;
+        prepared.draw(1)?;
+        let (mut worst, mut afresh, mut moved) = (0f64, 0, 0f64);
+        let first = irradiance(&mut prepared)?;
+        for (turn, intensity) in [(0.0, 10.0), (0.3, 10.0), (0.3, 0.0), (0.3, 5.0), (0.9, 5.0), (0.9, 5.0)] {
+            scene.lights[0].direction = toward(turn);
+            scene.lights[1].intensity = intensity;
+            plan = plan.relit(&scene, &moving, &limits)?;
+            afresh += usize::from(plan.bounced.as_ref().is_none_or(|bounced| bounced.afresh));
+            prepared.relight_frame(&plan, passes::patch_frame(&plan))?;
+            prepared.draw(1)?;
+            let found = irradiance(&mut prepared)?;
+            let right = {
+                let plan = Plan::new(&scene, &moving, &limits)?;
+                let mut anew = renderer.prepare_frame(&scene, &plan, passes::patch_frame(&plan))?;
+                anew.draw(1)?;
+                irradiance(&mut anew)?
+            };
+            let most = right.iter().flatten().fold(0f64, |most, x| most.max(*x));
+            let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+                a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs() / most).fold(0f64, f64::max)
+            };
+            worst = worst.max(apart(&found, &right));
+            moved = moved.max(apart(&found, &first));
+        }
+        let name = codec.name();
+        rows.push(Row::at_most(format!("columns that changed against all, {name}"), worst, 2e-6));
+        // Once, where the lamp goes out.
+        rows.push(Row::none(
+            format!("columns that changed, {name}: afresh"),
+            afresh.abs_diff(1),
+            "times too often or too seldom",
+        ));
+        rows.push(Row::none(format!("columns that changed, {name}: light moves"), usize::from(moved < 0.01), "faults"));
+    }
+    Ok(())
+}
+
+/// What was not prepared for is refused, and the picture stays as it was.
+fn refusals(renderer: &Renderer, scene: &mut Scene, bake: &Arc<Bake>) -> Result<Vec<Row>> {
+    let limits = renderer.limits();
+    let moving = Request { lights_move: true, shadow_size: 256, ..request(bake, Technique::TiledForward) };
+    scene.lights[1].intensity = 0.0;
+    let plan = Plan::new(scene, &moving, &limits)?;
+    let mut prepared = renderer.prepare(scene, &plan)?;
+    let dark = drawn(&mut prepared)?;
+    scene.lights[1].intensity = BRIGHT;
+    let lit = plan.relit(scene, &moving, &limits)?;
+    let longer = prepared.relight(&lit).err().map(|error| error.to_string()).unwrap_or_default();
+    let same = drawn(&mut prepared)? == dark;
+    let other = lit.relit(scene, &Request { width: 32, ..moving.clone() }, &limits).is_err();
+    let still = Plan::new(scene, &Request { lights_move: false, ..moving }, &limits)?;
+    let fixed = renderer.prepare(scene, &still)?.relight(&still).is_err();
+    Ok(vec![
+        Row::none(
+            "a lamp that lists have no room for is refused",
+            usize::from(!longer.contains("bytes where")),
+            "faults",
+        ),
+        Row::none("after that the picture is as it was", usize::from(!same), "pictures differ"),
+        Row::none("another size, or lights that do not move, are refused", usize::from(!other || !fixed), "faults"),
+    ])
 }

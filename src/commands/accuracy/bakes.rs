@@ -15,7 +15,12 @@ const COUNTS: [&[usize]; 2] = [&[1000, 125, 250, 500, 2000], &[200, 50, 100]];
 
 /// The knob is one of bounced light: it is turned where it is asked for.
 pub(super) fn is_of_bounces(name: KnobName) -> bool {
-    matches!(name, KnobName::GiGathers | KnobName::GiPatches | KnobName::GiCodec)
+    matches!(name, KnobName::GiPatches | KnobName::GiCodec) || turns_one_bake(name)
+}
+
+/// The knob is turned on one bake.
+fn turns_one_bake(name: KnobName) -> bool {
+    matches!(name, KnobName::GiGathers | KnobName::GiTolerance | KnobName::GiIteration | KnobName::GiPath)
 }
 
 /// As many as the knob needs, the one of the defaults first.
@@ -29,7 +34,7 @@ pub(super) fn of_knob(name: KnobName, scene: &Scene, quick: bool) -> Result<Vec<
         Bake::of_scene(scene, settings).map(Arc::new)
     };
     match name {
-        KnobName::GiGathers => Ok(vec![of(PATCHES[pick])?]),
+        name if turns_one_bake(name) => Ok(vec![of(PATCHES[pick])?]),
         KnobName::GiPatches => COUNTS[pick].iter().map(|count| of(*count)).collect(),
         KnobName::GiCodec => {
             let exchange = Exchange::of_scene(scene, &Settings::of_count(PATCHES[pick]))?;

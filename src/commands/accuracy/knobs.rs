@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use super::bakes::is_of_bounces;
 use crate::cli::{Accuracy, KnobName};
 use crate::commands::setup;
 use crate::plan::gbuffer::FAT_ATTACHMENTS;
 use crate::plan::samples::COUNTS;
 use crate::plan::{
-    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, Gathering, GbufferLayout, Gi, Limits, Request,
-    ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, Gathering, GbufferLayout, Gi, Iteration, Limits,
+    MatrixPath, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
 };
 use crate::radiosity::Bake;
 use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
@@ -74,6 +75,8 @@ const SHADOW_SIZES: [u32; 5] = [128, 256, 512, 1024, 2048];
 
 /// Gathers of bounced light.
 const GATHERS: [u32; 6] = [1, 2, 3, 4, 6, 8];
+/// The default comes first.
+const TOLERANCES: [f64; 5] = [Gathering::TOLERANCE, 0.1, 0.03, 0.001, 0.0001];
 
 /// Texels of their filter.
 const SHADOW_FILTERS: [u32; 5] = [0, 1, 2, 4, 8];
@@ -99,7 +102,7 @@ pub(super) fn knob(name: KnobName, base: &Request, bakes: &[Arc<Bake>]) -> Knob 
         KnobName::LightCutoff => Against::Unbounded,
         KnobName::Msaa => Against::Samples,
         KnobName::ShadowSize | KnobName::ShadowFilter => Against::Shadows,
-        KnobName::GiGathers | KnobName::GiPatches | KnobName::GiCodec => Against::Bounces,
+        name if is_of_bounces(name) => Against::Bounces,
         _ => Against::Own,
     };
     let spared: &[&str] = match name {
@@ -112,7 +115,7 @@ pub(super) fn knob(name: KnobName, base: &Request, bakes: &[Arc<Bake>]) -> Knob 
         KnobName::ShadowSize | KnobName::ShadowFilter => BEFORE,
         KnobName::TransparentBounds => &["depth_prepass", "tile_bin", "bin_"],
         KnobName::TransparentSort => &["depth_prepass", "forward"],
-        KnobName::GiGathers | KnobName::GiCodec => {
+        KnobName::GiGathers | KnobName::GiTolerance | KnobName::GiIteration | KnobName::GiPath | KnobName::GiCodec => {
             &["depth_prepass", "depth_reduce", "tile_", "bin_", "shadow_map", "patch_light"]
         }
         KnobName::GiPatches => &["depth_prepass", "depth_reduce", "tile_", "bin_", "shadow_map"],
@@ -148,6 +151,17 @@ pub(super) fn knob(name: KnobName, base: &Request, bakes: &[Arc<Bake>]) -> Knob 
             ("transparent-sort", "what of blended surfaces is put in order, of forward", transparent_sorts(base))
         }
         KnobName::GiGathers => ("gi-gathers", "gathers of bounced light, of tiled-forward", gathers(base, bakes)),
+        KnobName::GiTolerance => (
+            "gi-tolerance",
+            "share of light that bounced light may leave out, of tiled-forward",
+            tolerances(base, bakes),
+        ),
+        KnobName::GiIteration => {
+            ("gi-iteration", "how gathers of bounced light are put together, of tiled-forward", iterations(base, bakes))
+        }
+        KnobName::GiPath => {
+            ("gi-path", "what the matrix of bounced light is read from, of tiled-forward", paths(base, bakes))
+        }
         KnobName::GiPatches => (
             "gi-patches",
             "patches of bounced light, of tiled-forward",
@@ -272,6 +286,28 @@ fn gathers(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
     let Some(bake) = bakes.first() else { return Vec::new() };
     let auto = ("auto".to_string(), bounced(base, bake, None));
     std::iter::once(auto).chain(GATHERS.map(|n| (n.to_string(), bounced(base, bake, Some(n))))).collect()
+}
+
+fn gathering(base: &Request, bakes: &[Arc<Bake>], ways: Vec<(String, Gathering)>) -> Vec<Setting> {
+    let Some(bake) = bakes.first() else { return Vec::new() };
+    let of = |(name, gathering)| (name, Request { gi: Gi::Radiosity(gathering), ..bounced(base, bake, None) });
+    ways.into_iter().map(of).collect()
+}
+
+fn tolerances(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
+    let of = |tolerance: f64| (tolerance.to_string(), Gathering { tolerance, ..Gathering::default() });
+    gathering(base, bakes, TOLERANCES.map(of).to_vec())
+}
+
+/// Each with as many gathers as the tolerance needs.
+fn iterations(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
+    let of = |iteration: Iteration| (iteration.name().to_string(), Gathering { iteration, ..Gathering::default() });
+    gathering(base, bakes, [Iteration::Chebyshev, Iteration::Neumann].map(of).to_vec())
+}
+
+fn paths(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
+    let of = |path: MatrixPath| (path.name().to_string(), Gathering { path, ..Gathering::default() });
+    gathering(base, bakes, [MatrixPath::Texel, MatrixPath::Buffer].map(of).to_vec())
 }
 
 fn of_bakes(base: &Request, bakes: &[Arc<Bake>], name: impl Fn(&Bake) -> String) -> Vec<Setting> {

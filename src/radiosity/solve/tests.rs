@@ -65,8 +65,8 @@ fn against_paths(scene: &Scene, count: usize, paths: u32) -> [f64; 2] {
         .enumerate()
         .map(|(index, patch)| {
             let mut random = Random::new(index as u64);
-            let points: Vec<DVec3> = (0..paths).map(|k| point_on(patch, k, paths, &mut random)).collect();
-            reference.bounced_irradiance(&shader, &points, patch.normal, Paths { count: 1, seed: index as u64 }).y
+            let points: Vec<[DVec3; 2]> = (0..paths).map(|k| point_on(patch, k, paths, &mut random)).collect();
+            reference.bounced_irradiance(&shader, &points, Paths { count: 1, seed: index as u64 }).y
         })
         .collect();
     let areas: Vec<f64> = found.patches.list.iter().map(|patch| patch.area).collect();

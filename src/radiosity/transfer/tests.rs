@@ -21,7 +21,7 @@ fn weights_sum_to_one_everywhere() {
         let mut random = Random::new(3);
         for patch in &patches.list {
             for k in 0..8 {
-                let weights = transfer.weights(&patches.list, point_on(patch, k, 8, &mut random), patch.normal);
+                let weights = transfer.weights(&patches.list, point_on(patch, k, 8, &mut random)[0], patch.normal);
                 let sum: f64 = weights.iter().map(|w| w.1).sum();
                 assert!((sum - 1.0).abs() < 1e-9, "{name}: {sum} of {} patches", weights.len());
             }
@@ -39,7 +39,7 @@ fn no_weight_crosses_a_wall() {
     let (mut crossing, mut all) = (0.0, 0.0);
     for patch in &patches.list {
         for k in 0..8 {
-            let at = point_on(patch, k, 8, &mut random);
+            let [at, _] = point_on(patch, k, 8, &mut random);
             for (index, weight) in transfer.weights(&patches.list, at, patch.normal) {
                 let other = &patches.list[index as usize];
                 let lift = LIFT * patches.size;
@@ -58,4 +58,23 @@ fn no_weight_crosses_a_wall() {
         }
     }
     assert!(crossing < 1e-3 * all, "{crossing} of {all}");
+}
+
+/// R16 for patches that lie off the surfaces they stand for: every place of a surface still has some, and their weights sum to 1.
+#[test]
+fn sides_of_cubes_reach_every_surface() {
+    for name in ["cornell", "corridor"] {
+        let scene = builtin::load(name).expect("a built-in scene");
+        let occluders = Reference::new(&scene, &View::of_world()).expect("a reference");
+        let cubes = Patches::of_count(&scene, &occluders, 400, PatchSource::Voxels).expect("patches");
+        let transfer = Transfer::new(&cubes, &occluders);
+        let mut random = Random::new(3);
+        for patch in &with_grid(&scene, 300).0.list {
+            for k in 0..8 {
+                let weights = transfer.weights(&cubes.list, point_on(patch, k, 8, &mut random)[0], patch.normal);
+                let sum: f64 = weights.iter().map(|w| w.1).sum();
+                assert!((sum - 1.0).abs() < 1e-9, "{name}: {sum} of {} patches", weights.len());
+            }
+        }
+    }
 }

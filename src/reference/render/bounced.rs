@@ -100,6 +100,14 @@ impl Reference<'_> {
         self.bvh.any(&ray, |crossing| self.stands_in_way(crossing, way))
     }
 
+    /// The same past two triangles, such as those that both points lie on.
+    pub fn is_blocked_past(&self, from: DVec3, to: DVec3, past: [u32; 2]) -> bool {
+        let way = to - from;
+        let min = 1e-7 * (1.0 + from.length() / way.length());
+        let ray = Ray { origin: from, direction: way, min, max: 1.0 - min };
+        self.bvh.any(&ray, |crossing| !past.contains(&crossing.triangle) && self.stands_in_way(crossing, way))
+    }
+
     /// The hierarchy of all triangles.
     pub fn hierarchy(&self) -> &super::Bvh {
         &self.bvh
@@ -145,12 +153,12 @@ impl Reference<'_> {
         shader.sent(position, normal).iter().filter(|s| reaches(s.way, s.ends)).map(|s| s.irradiance).sum()
     }
 
-    /// Mean irradiance of bounced light at places of one plane, so many paths from each; lux by channel.
-    pub fn bounced_irradiance(&self, shader: &Shader, places: &[DVec3], normal: DVec3, paths: Paths) -> DVec3 {
+    /// Mean irradiance of bounced light at places with their unit normals, so many paths from each; lux by channel.
+    pub fn bounced_irradiance(&self, shader: &Shader, places: &[[DVec3; 2]], paths: Paths) -> DVec3 {
         let light = &Light { shader, emitters: &Emitters::new(self) };
         let mut random = Random::new(paths.seed);
         let mut sum = DVec3::ZERO;
-        for &position in places {
+        for &[position, normal] in places {
             let surface = Surface { position, normal, ..Surface::default() };
             let stand = Stand { surface, geometric: normal, active: true };
             (0..paths.count).for_each(|_| sum += self.gathered(&stand, light, &mut random));

@@ -116,14 +116,14 @@ impl Moving {
         }
         let mut moving = Self { rows, dark: String::new() };
         if let Some(renderer) = runner.renderers.first() {
-            let patches = runner.either(DARK_PATCHES[0], DARK_PATCHES[1]);
-            moving.dark = moving.dark_scene(renderer, base, patches)?;
+            let patches = runner.either(DARK_PATCHES[0], DARK_PATCHES[1]).min(bake.patches.list.len());
+            moving.dark = moving.dark_scene(renderer, base, (patches, bake.patches.list.len()))?;
         }
         Ok(moving)
     }
 
     /// `terrain:albedo=0.05` under its sun, against the first device's scene with both lights moving.
-    fn dark_scene(&self, renderer: &Renderer, base: &Request, patches: usize) -> Result<String> {
+    fn dark_scene(&self, renderer: &Renderer, base: &Request, (patches, of_scene): (usize, usize)) -> Result<String> {
         let mut scene = builtin::load("terrain:albedo=0.05")?;
         scene.lights.truncate(1);
         let bake = Arc::new(Bake::of_scene(&scene, Settings::of_count(patches))?);
@@ -134,7 +134,7 @@ impl Moving {
         let bright = self.rows.iter().find(|row| row.name == "both").map_or(f64::NAN, of);
         Ok(format!(
             "builtin:terrain:albedo=0.05 under one sun that turns, {} patches: {} ms for direct light of patches and gathers, {:.1} % of the {} ms above \
-             (both lights move). Its plan: {}.",
+             for {of_scene} patches (both lights move). Its plan: {}.",
             bake.patches.list.len(),
             digits(of(&dark)),
             100.0 * of(&dark) / bright,
@@ -150,7 +150,11 @@ impl Moving {
             let name = if several { format!("{}, {}", row.name, row.device) } else { row.name.clone() };
             let mut cells = vec![name];
             let times = [row.plan, row.upload, row.shadows, row.direct, row.gathers, row.frame];
-            cells.extend(times.map(|ms| if ms == 0.0 { "0".into() } else { digits(ms) }));
+            cells.extend(times.map(|ms| match ms {
+                0.0 => "0".into(),
+                ms if ms.is_nan() => "-".into(),
+                ms => digits(ms),
+            }));
             cells.push(row.made.to_string());
             cells
         };
@@ -240,8 +244,12 @@ fn timed(renderer: &Renderer, scene: &Scene, base: &Request, bake: &Arc<Bake>, m
             .map(|(name, ms)| (name.as_str(), *ms))
             .chain(once.iter().map(|(name, ms)| (name.as_str(), *ms)))
             .collect();
-        let sum =
-            |which: &dyn Fn(&str) -> bool| nodes.iter().filter(|(name, _)| which(name)).map(|(_, ms)| ms).sum::<f64>();
+        // Without timestamps nothing is known of nodes.
+        let known = times.node_ms.first().is_some_and(|row| !row.is_empty());
+        let sum = |which: &dyn Fn(&str) -> bool| {
+            let own = nodes.iter().filter(|(name, _)| which(name)).map(|(_, ms)| ms).sum::<f64>();
+            if known { own } else { f64::NAN }
+        };
         let gathers = |name: &str| name.starts_with("patch_gather") || name.starts_with("patch_product");
         let own = |name: &str| gathers(name) || name == "patch_light" || name == "shadow_map";
         let values = [

@@ -73,9 +73,9 @@ impl Traced {
         let places = |index: usize| &exchange.points[index * POINTS as usize..(index + 1) * POINTS as usize];
         let bar = measured::progress(chosen.len() as u64, "paths from patches");
         let paths = runner.either(PATHS[0], PATHS[1]);
-        let trace = |index: usize, count: u32, seed: u64, places: &[DVec3]| {
+        let trace = |index: usize, count: u32, seed: u64, places: &[[DVec3; 2]]| {
             let paths = Paths { count, seed: seed ^ (index as u64).wrapping_mul(0xD6E8_FEB8_6659_FD93) };
-            reference.bounced_irradiance(&shader, places, patches.list[index].normal, paths)
+            reference.bounced_irradiance(&shader, places, paths)
         };
         let halves: Vec<[DVec3; 2]> = chosen
             .par_iter()
