@@ -36,6 +36,8 @@ type Stages = Vec<(&'static str, f64)>;
 /// # Errors
 /// One sentence; rows that are done are kept for the next call.
 pub fn run(args: &cli::Bake) -> Result<ExitCode> {
+    let options = Options { validate: args.validate, driver: args.driver.clone() };
+    let looks = Looks::new(args.bake_on, options)?;
     files::check_place(&args.output)?;
     let scene = setup::load_scene(&args.scene)?;
     let settings = settings(args)?;
@@ -45,8 +47,6 @@ pub fn run(args: &cli::Bake) -> Result<ExitCode> {
         (None, true) => Rows::Given,
         (None, false) => Rows::All,
     };
-    let options = Options { validate: args.validate, driver: args.driver.clone() };
-    let looks = Looks::new(args.bake_on, options)?;
     let made = make(&scene, settings, (&args.output, &looks), (&which, args.report.as_deref()), &mut stages)?;
     let Some(baked) = made.baked else {
         let parts = parts_of(&args.output);

@@ -28,6 +28,8 @@ use crate::scene::lighting::LightRules;
 use crate::scene::shading::Shading;
 
 const PATCHES: [u32; 2] = [4096, 300];
+/// Lights of a scene that are taken as they are.
+const OWN_LIGHTS: usize = 16;
 
 /// Runs the experiment.
 ///
@@ -35,11 +37,11 @@ const PATCHES: [u32; 2] = [4096, 300];
 /// A scene that cannot be loaded or baked, a lost device.
 pub(super) fn run(runner: &Runner) -> Result<Outcome> {
     let mut loaded = runner.load(runner.either("builtin:atrium", "builtin:cornell"))?;
-    // A sun and a lamp; 0: the scene's own.
+    // The scene's own, where all of them may have shadows; else a sun and a lamp.
     match runner.args.lights.iter().copied().max() {
-        None => loaded.scene.lights = moving::lights(&loaded.scene),
-        Some(0) => {}
         Some(count) => runner.light(&mut loaded, count)?,
+        None if (1..=OWN_LIGHTS).contains(&loaded.scene.lights.len()) => {}
+        None => loaded.scene.lights = moving::lights(&loaded.scene),
     }
     let lights = loaded.scene.lights.len();
     let wanted = runner.args.patches.unwrap_or_else(|| runner.either(PATCHES[0], PATCHES[1]));

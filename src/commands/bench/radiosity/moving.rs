@@ -258,7 +258,7 @@ fn timed(renderer: &Renderer, scene: &Scene, base: &Request, bake: &Arc<Bake>, m
             sum(&|name| name == "shadow_map"),
             sum(&|name| name == "patch_light"),
             sum(&gathers),
-            sum(&|name| !own(name)),
+            if known { sum(&|name| !own(name)) } else { times.wall_ms.first().copied().unwrap_or(f64::NAN) },
         ];
         found.iter_mut().zip(values).for_each(|(list, value)| list.push(value));
     }

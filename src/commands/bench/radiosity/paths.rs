@@ -195,6 +195,7 @@ impl Traced {
                 "rms_against_paths": rms,
             })
         };
-        self.few.iter().map(row).collect()
+        // No path takes no time.
+        self.few.iter().filter(|(paths, ..)| *paths > 0).map(row).collect()
     }
 }
