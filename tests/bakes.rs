@@ -116,7 +116,8 @@ fn a_wrong_bake_is_a_sentence() {
         2,
         "--driver and --validate",
     );
-    refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "9", "--driver", "nosuch"], 1, "nosuch");
+    let fresh = folder.join("fresh").display().to_string();
+    refused(&["bake", "builtin:cornell", "-o", &fresh, "--patches", "9", "--driver", "nosuch"], 1, "nosuch");
     // R11: columns are counted in 16 bits.
     refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "70000"], 2, "70000");
     refused(&["bake", "builtin:cornell", "-o", &name, "--patch-size", "0.05"], 1, "at most 32768");

@@ -178,7 +178,7 @@ impl Bounced {
         let brightness = |light: &ResolvedLight| light.intensity.max_element();
         let fainter = before.lights.len() != after.lights.len()
             || before.lights.iter().zip(&after.lights).any(|(a, b)| brightness(b) < FAINTER * brightness(a));
-        self.afresh = self.carried == Carried::Changes && (fainter || self.moves % AFRESH == 0);
+        self.afresh = self.carried == Carried::Changes && (fainter || self.moves.is_multiple_of(AFRESH));
     }
 
     /// Lights are read from a storage buffer: with the light of the frame before that makes one more than the least that devices bind.

@@ -24,7 +24,8 @@ fn a_bake_comes_back_as_it_was() {
         store(&bake, &folder).expect("stored");
         let found = load(&folder, &bake.fingerprint).expect("loaded");
         for patch in &mut bake.patches.list {
-            (patch.triangles.clear(), patch.sources.clear());
+            patch.triangles.clear();
+            patch.sources.clear();
             patch.flat = false;
         }
         assert_eq!(found, bake);

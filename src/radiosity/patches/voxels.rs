@@ -19,7 +19,7 @@ pub(super) fn sides(gathered: &Gathered, size: f64) -> Vec<Patch> {
     let of = |(at, pieces): (&[i64; 3], &Vec<&Piece>)| {
         let empty = |side: usize| {
             let mut beside = *at;
-            beside[side / 2] += if side % 2 == 0 { 1 } else { -1 };
+            beside[side / 2] += if side.is_multiple_of(2) { 1 } else { -1 };
             !held.contains(&beside)
         };
         (0..6).filter(|side| empty(*side)).filter_map(|side| patch(*at, side, pieces, size)).collect::<Vec<_>>()
@@ -29,7 +29,7 @@ pub(super) fn sides(gathered: &Gathered, size: f64) -> Vec<Patch> {
 
 /// One side, with the mean of what looks that way: +x, -x, +y, -y, +z, -z.
 fn patch(at: [i64; 3], side: usize, pieces: &[&Piece], size: f64) -> Option<Patch> {
-    let normal = DVec3::AXES[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
+    let normal = DVec3::AXES[side / 2] * if side.is_multiple_of(2) { 1.0 } else { -1.0 };
     let turned =
         || pieces.iter().map(|p| (p, p.area * p.normal.dot(normal))).filter(|(p, share)| *share > TURNED * p.area);
     let all: f64 = turned().map(|(_, share)| share).sum();
@@ -40,7 +40,7 @@ fn patch(at: [i64; 3], side: usize, pieces: &[&Piece], size: f64) -> Option<Patc
     let low = (DVec3::from_array(at.map(|x| x as f64)) - OFF_GRID) * size;
     let center = low + (DVec3::splat(0.5) + 0.5 * normal) * size;
     let (u, v) = (DVec3::AXES[(side / 2 + 1) % 3] * 0.5 * size, DVec3::AXES[(side / 2 + 2) % 3] * 0.5 * size);
-    let v = if side % 2 == 0 { v } else { -v };
+    let v = if side.is_multiple_of(2) { v } else { -v };
     let [a, b, c, d] = [center - u - v, center + u - v, center + u + v, center - u + v];
     Some(Patch {
         triangles: vec![[a, b, c], [a, c, d]],
