@@ -120,7 +120,7 @@ fn a_wrong_bake_is_a_sentence() {
     refused(&["bake", "builtin:cornell", "-o", &fresh, "--patches", "9", "--driver", "nosuch"], 1, "nosuch");
     // R11: columns are counted in 16 bits.
     refused(&["bake", "builtin:cornell", "-o", &name, "--patches", "70000"], 2, "70000");
-    refused(&["bake", "builtin:cornell", "-o", &name, "--patch-size", "0.05"], 1, "at most 32768");
+    refused(&["bake", "builtin:cornell", "-o", &fresh, "--patch-size", "0.05"], 1, "at most 32768");
     assert_eq!(std::fs::read(other.join("mine.txt")).expect("still there"), b"not a bake");
     assert!(!Path::new(&picture).exists());
     std::fs::remove_dir_all(folder).expect("cleaned up");
