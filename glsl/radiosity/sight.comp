@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Whether anything stands between two points, as far as 32 bits can tell: a thread a segment walks the hierarchy of the scene's triangles in a fixed
-// order and says blocked or open only where rounding cannot have decided it. CPU twin: `is_blocked` of reference/render/bounced.rs.
+// order and says blocked or open only where rounding cannot have decided it. CPU twin: `is_blocked_past` of reference/render/bounced.rs.
 #include "base.glsl"
 
 layout(local_size_x = 64) in;

@@ -2,7 +2,7 @@
 //!
 //! Reads: the hierarchy of a scene's triangles in the order of a walk, triangles, segments. Writes: a word a segment (`SIGHT_MISSED`, `SIGHT_MET`,
 //! `SIGHT_UNSURE`), which is copied to the host. Group shape: 64 threads, one a segment. Limits: the storage buffers that a device binds at once.
-//! CPU twin: `is_blocked` of `reference/render/bounced.rs`, which also decides what is not sure.
+//! CPU twin: `is_blocked_past` of `reference/render/bounced.rs`, which also decides what is not sure.
 
 use bytemuck::bytes_of;
 
@@ -15,7 +15,7 @@ use crate::shared::SightPush;
 pub struct SightFrame {
     /// One pass and the copy of what it found.
     pub graph: Graph,
-    /// Two texels of four floats a node.
+    /// Two times four words a node.
     pub nodes: BufferHandle,
     /// Three a triangle.
     pub triangles: BufferHandle,

@@ -211,39 +211,29 @@ impl Bake {
     /// # Errors
     /// Bounces that cannot be summed.
     pub fn new(exchange: Exchange, settings: Settings) -> Result<Self> {
-        let areas = exchange.areas();
-        let Exchange { fingerprint, patches, points, transfer, exact, spectrum, factors } = exchange;
-        let (operator, spectrum, norm_scale, codec_error) = if settings.codec.is_summed() {
-            let (summed, error) = summed(&exact, &patches, settings)?;
-            (Operator::Summed(Box::new(summed)), spectrum, 1.0, error)
-        } else {
-            let operator = match settings.codec {
-                CodecName::Classical => Operator::Dense(exact.clone()),
-                _ => Operator::ZeroBlock(ZeroBlock::encode(&exact.elements, &areas, settings.extract)),
-            };
-            let (operator, spectrum, norm_scale) = kept_below_one(operator, &patches, &spectrum);
-            let judge = Judge::new(&patches, &|b| after_bounces(&|sent| exact.product(sent, 32), &patches, b));
-            let found = judge.error(&|b| after_bounces(&|sent| operator.product(sent, 32), &patches, b));
-            (operator, spectrum, norm_scale, [found.mean, found.worst])
+        let Exchange { patches, exact, .. } = &exchange;
+        if settings.codec.is_summed() {
+            let (summed, codec_error) = summed(exact, patches, settings)?;
+            return Ok(Self { codec_error, ..Self::of_sums(exchange, settings, summed) });
+        }
+        let operator = match settings.codec {
+            CodecName::Classical => Operator::Dense(exact.clone()),
+            _ => Operator::ZeroBlock(ZeroBlock::encode(&exact.elements, &exchange.areas(), settings.extract)),
         };
-        Ok(Self {
-            fingerprint,
-            settings,
-            points,
-            transfer,
-            patches,
-            operator,
-            spectrum,
-            factors,
-            codec_error,
-            norm_scale,
-        })
+        let (operator, spectrum, norm_scale) = kept_below_one(operator, patches, &exchange.spectrum);
+        let judge = Judge::new(patches, &|b| after_bounces(&|sent| exact.product(sent, 32), patches, b));
+        let found = judge.error(&|b| after_bounces(&|sent| operator.product(sent, 32), patches, b));
+        let codec_error = [found.mean, found.worst];
+        Ok(Self { spectrum, norm_scale, codec_error, ..Self::of_operator(exchange, settings, operator) })
     }
 
     /// With bounces that were summed and encoded before; what the codec makes of them is not measured.
     pub fn of_sums(exchange: Exchange, settings: Settings, summed: Summed) -> Self {
+        Self::of_operator(exchange, settings, Operator::Summed(Box::new(summed)))
+    }
+
+    fn of_operator(exchange: Exchange, settings: Settings, operator: Operator) -> Self {
         let Exchange { fingerprint, patches, points, transfer, spectrum, factors, .. } = exchange;
-        let operator = Operator::Summed(Box::new(summed));
         Self {
             fingerprint,
             settings,

@@ -350,19 +350,24 @@ mod tests {
         builtin::load(spec).expect("a built-in scene")
     }
 
+    /// Limits of a device that every knob can be turned on.
+    fn able() -> Limits {
+        Limits {
+            max_color_attachments: 5,
+            float_blend: true,
+            samples: [1 | 2 | 4 | 8; 2],
+            max_stage_storage_buffers: 8,
+            ..Limits::MINIMUM
+        }
+    }
+
     fn bakes(name: KnobName, scene: &crate::scene::Scene) -> Vec<Arc<Bake>> {
         super::super::bakes::of_knob(name, scene, true).expect("bakes")
     }
 
     #[test]
     fn every_setting_is_planned_and_has_passes_that_its_knob_touches_and_others() {
-        let limits = Limits {
-            max_color_attachments: 5,
-            float_blend: true,
-            samples: [1 | 2 | 4 | 8; 2],
-            max_stage_storage_buffers: 8,
-            ..Limits::MINIMUM
-        };
+        let limits = able();
         for name in KnobName::value_variants() {
             let scene = scene_for(*name);
             let knob = knob(*name, &request(), &bakes(*name, &scene));
@@ -381,13 +386,7 @@ mod tests {
 
     #[test]
     fn each_knob_has_the_default_among_its_settings() {
-        let limits = Limits {
-            max_color_attachments: 5,
-            float_blend: true,
-            samples: [1 | 2 | 4 | 8; 2],
-            max_stage_storage_buffers: 8,
-            ..Limits::MINIMUM
-        };
+        let limits = able();
         for name in KnobName::value_variants() {
             let scene = scene_for(*name);
             let knob = knob(*name, &request(), &bakes(*name, &scene));

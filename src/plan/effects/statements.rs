@@ -103,7 +103,7 @@ pub const STATEMENTS: [Statement; 15] = [
     Statement {
         name: "radiosity",
         called_by: "`--gi radiosity`, where patches reflect more than the tolerance or emit",
-        costs: "a pass for the light of patches and one a gather, run once while nothing moves; the matrix (half a byte an element and less), about 400 bytes a patch and its points, 4 bytes a word of the grid; shadows of all lights; a variant of every shader that lights, which mixes the patches about each pixel",
+        costs: "a pass for the light of patches and one a gather, run once while nothing moves; the matrix (half a byte an element and less), about 600 bytes a patch and its points, 4 bytes a word of the grid; shadows of all lights; a variant of every shader that lights, which mixes the patches about each pixel",
         off: "`--gi off`, `--forbid radiosity`",
     },
 ];
