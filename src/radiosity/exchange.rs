@@ -6,8 +6,9 @@ use glam::DVec3;
 
 use super::bake::{POINTS, PatchRule, Settings};
 use super::codec::Dense;
-use super::factors::{Factors, RawRows, Report, point_on};
+use super::factors::{Factors, RawRows, Report};
 use super::patches::Patches;
+use super::places::points_on;
 use super::spectrum::{self, Spectrum};
 use super::transfer::Transfer;
 use crate::error::{Error, Result};
@@ -106,5 +107,5 @@ pub fn runs(count: usize) -> Vec<Range<usize>> {
 fn points_of(patches: &Patches, index: usize) -> Vec<[DVec3; 2]> {
     let patch = &patches.list[index];
     let mut random = Random::new((index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
-    (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect()
+    points_on(patch, POINTS, &mut random)
 }

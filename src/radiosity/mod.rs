@@ -12,6 +12,7 @@ pub mod kernel;
 pub mod order;
 pub mod pair;
 pub mod patches;
+pub mod places;
 pub mod sight;
 pub mod solve;
 pub mod spectrum;

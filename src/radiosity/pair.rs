@@ -34,6 +34,11 @@ impl Facet {
         Self { corners: *corners, middle, normal: doubled.normalize_or_zero(), area: 0.5 * doubled.length(), radius }
     }
 
+    /// Square metres.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
     /// Points and their shares of the area.
     fn points(&self) -> [(DVec3, f64); 7] {
         let [a, b, c] = self.corners;

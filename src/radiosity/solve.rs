@@ -4,8 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-use super::factors::{Factors, point_on};
+use super::factors::Factors;
 use super::patches::Patches;
+use super::places::points_on;
 use crate::math::random::Random;
 use crate::reference::render::Reference;
 use crate::reference::shade::Shader;
@@ -19,7 +20,7 @@ const MOST_GATHERS: u32 = 10_000;
 pub fn direct(patches: &Patches, occluders: &Reference, shader: &Shader, seed: u64) -> Vec<DVec3> {
     let of = |(index, patch): (usize, &super::Patch)| {
         let mut random = Random::new(seed ^ (index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
-        (0..POINTS).map(|k| point_on(patch, k, POINTS, &mut random)).collect::<Vec<_>>()
+        points_on(patch, POINTS, &mut random)
     };
     let points: Vec<[DVec3; 2]> = patches.list.iter().enumerate().flat_map(of).collect();
     direct_at(patches, &points, occluders, shader)

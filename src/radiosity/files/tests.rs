@@ -87,6 +87,10 @@ fn rows_come_back_or_are_refused() {
     assert!(load_rows(&folder, "other", &(1..3), 5).is_err());
     let path = rows_path(&folder, &(1..3));
     let mut bytes = fs::read(&path).expect("there");
+    let old = [b"lampyris rows 1".as_slice(), &bytes["lampyris rows 1".len()..]].concat();
+    fs::write(&path, old).expect("written");
+    let error = load_rows(&folder, "key", &(1..3), 5).expect_err("of another version").to_string();
+    assert!(error.contains("version 1"), "{error}");
     let last = bytes.len() - 1;
     bytes[last] ^= 1;
     fs::write(&path, bytes).expect("written");

@@ -65,7 +65,7 @@ fn against_paths(scene: &Scene, count: usize, paths: u32) -> [f64; 2] {
         .enumerate()
         .map(|(index, patch)| {
             let mut random = Random::new(index as u64);
-            let points: Vec<[DVec3; 2]> = (0..paths).map(|k| point_on(patch, k, paths, &mut random)).collect();
+            let points = points_on(patch, paths, &mut random);
             reference.bounced_irradiance(&shader, &points, Paths { count: 1, seed: index as u64 }).y
         })
         .collect();

@@ -1,7 +1,7 @@
 use super::*;
 use crate::math::random::Random;
-use crate::radiosity::factors::point_on;
 use crate::radiosity::patches::PatchSource;
+use crate::radiosity::places::points_on;
 use crate::scene::view::View;
 use crate::scene::{Scene, builtin};
 
@@ -20,8 +20,8 @@ fn weights_sum_to_one_everywhere() {
         let (patches, transfer) = with_grid(&scene, 300);
         let mut random = Random::new(3);
         for patch in &patches.list {
-            for k in 0..8 {
-                let weights = transfer.weights(&patches.list, point_on(patch, k, 8, &mut random)[0], patch.normal);
+            for [at, _] in points_on(patch, 8, &mut random) {
+                let weights = transfer.weights(&patches.list, at, patch.normal);
                 let sum: f64 = weights.iter().map(|w| w.1).sum();
                 assert!((sum - 1.0).abs() < 1e-9, "{name}: {sum} of {} patches", weights.len());
             }
@@ -38,8 +38,7 @@ fn no_weight_crosses_a_wall() {
     let mut random = Random::new(5);
     let (mut crossing, mut all) = (0.0, 0.0);
     for patch in &patches.list {
-        for k in 0..8 {
-            let [at, _] = point_on(patch, k, 8, &mut random);
+        for [at, _] in points_on(patch, 8, &mut random) {
             for (index, weight) in transfer.weights(&patches.list, at, patch.normal) {
                 let other = &patches.list[index as usize];
                 let lift = LIFT * patches.size;
@@ -70,8 +69,8 @@ fn sides_of_cubes_reach_every_surface() {
         let transfer = Transfer::new(&cubes, &occluders);
         let mut random = Random::new(3);
         for patch in &with_grid(&scene, 300).0.list {
-            for k in 0..8 {
-                let weights = transfer.weights(&cubes.list, point_on(patch, k, 8, &mut random)[0], patch.normal);
+            for [at, _] in points_on(patch, 8, &mut random) {
+                let weights = transfer.weights(&cubes.list, at, patch.normal);
                 let sum: f64 = weights.iter().map(|w| w.1).sum();
                 assert!((sum - 1.0).abs() < 1e-9, "{name}: {sum} of {} patches", weights.len());
             }
