@@ -27,7 +27,7 @@ layout(set = 0, binding = 6) uniform samplerBuffer bounced_sent;
 
 layout(push_constant, scalar) uniform Push { GatherPush data; } push;
 
-shared vec3 sums[4][LANES];
+#include "sums.glsl"
 
 vec3 sent_by(uint column) {
     return texelFetch(bounced_sent, int(column * BOUNCED_LIGHT_TEXELS + 2u)).rgb;
@@ -55,10 +55,31 @@ float level_value(uint level, float end, float step, float twice, float four) {
     return level == 0u ? 0.0 : value;
 }
 
-void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
-    uint first = word(push.data.offsets_at + row);
-    uint end = word(push.data.offsets_at + row + 1u);
-    for (uint at = first + lane; at < end; at += LANES) {
+// Adds a row of a block: `levels` has 3 bits for each of four columns.
+void add_levels(inout vec3 sum, uint levels, vec4 ends, vec3 sent_0, vec3 sent_1, vec3 sent_2, vec3 sent_3) {
+    add(sum, level_value(levels & 7u, ends.x, ends.y, ends.z, ends.w), sent_0);
+    add(sum, level_value(levels >> 3u & 7u, ends.x, ends.y, ends.z, ends.w), sent_1);
+    add(sum, level_value(levels >> 6u & 7u, ends.x, ends.y, ends.z, ends.w), sent_2);
+    add(sum, level_value(levels >> 9u & 7u, ends.x, ends.y, ends.z, ends.w), sent_3);
+}
+
+// Adds what a row has beside its blocks.
+void add_residuals(inout vec3 sum, uint row, uint lane) {
+    if (row >= push.data.count) {
+        return;
+    }
+    uint stop = word(push.data.residual_offsets_at + row + 1u);
+    for (uint at = word(push.data.residual_offsets_at + row) + lane; at < stop; at += LANES) {
+        uint entry = word(push.data.residuals_at + at);
+        precise float share = unpackHalf2x16(entry).y * push.data.residual_scale;
+        add(sum, share, sent_by(entry & 0xffffu));
+    }
+}
+
+void add_blocks(uint group, uint lane, inout Sums sums) {
+    uint end = word(push.data.offsets_at + group + 1u);
+    uint last = push.data.count - 1u;
+    for (uint at = word(push.data.offsets_at + group) + lane; at < end; at += LANES) {
         uint low = word(push.data.blocks_at + 2u * at);
         uint high = word(push.data.blocks_at + 2u * at + 1u);
         uint pair = word(push.data.columns_at + at / 2u);
@@ -67,32 +88,22 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
         float step = word_float(push.data.tables_at + 256u + (low >> 8u & 255u));
         precise float twice = step * step;
         precise float four = twice * twice;
+        vec4 ends = vec4(least, step, twice, four);
+        // Beyond the last column all levels are 0.
+        vec3 sent_0 = sent_by(column);
+        vec3 sent_1 = sent_by(min(column + 1u, last));
+        vec3 sent_2 = sent_by(min(column + 2u, last));
+        vec3 sent_3 = sent_by(min(column + 3u, last));
         // Elements 0 to 4 lie in the lower half, 5 across both, the others in the upper one.
-        uint levels[4];
-        levels[0] = low >> 16u;
-        levels[1] = (low >> 28u) | (high << 4u);
-        levels[2] = high >> 8u;
-        levels[3] = high >> 20u;
-        for (uint across = 0u; across < 4u; ++across) {
-            vec3 sent = column + across < push.data.count ? sent_by((column + across)) : vec3(0.0);
-            for (uint down = 0u; down < 4u; ++down) {
-                float share = level_value(levels[down] >> (3u * across) & 7u, least, step, twice, four);
-                add(gathered[down], share, sent);
-            }
-        }
+        add_levels(sums.first, low >> 16u, ends, sent_0, sent_1, sent_2, sent_3);
+        add_levels(sums.second, low >> 28u | high << 4u, ends, sent_0, sent_1, sent_2, sent_3);
+        add_levels(sums.third, high >> 8u, ends, sent_0, sent_1, sent_2, sent_3);
+        add_levels(sums.fourth, high >> 20u, ends, sent_0, sent_1, sent_2, sent_3);
     }
-    for (uint down = 0u; down < 4u; ++down) {
-        if (4u * row + down >= push.data.count) {
-            break;
-        }
-        uint begin = word(push.data.residual_offsets_at + 4u * row + down);
-        uint stop = word(push.data.residual_offsets_at + 4u * row + down + 1u);
-        for (uint at = begin + lane; at < stop; at += LANES) {
-            uint entry = word(push.data.residuals_at + at);
-            precise float share = unpackHalf2x16(entry).y * push.data.residual_scale;
-            add(gathered[down], share, sent_by(entry & 0xffffu));
-        }
-    }
+    add_residuals(sums.first, 4u * group, lane);
+    add_residuals(sums.second, 4u * group + 1u, lane);
+    add_residuals(sums.third, 4u * group + 2u, lane);
+    add_residuals(sums.fourth, 4u * group + 3u, lane);
 }
 
 float element(uint row, uint column) {
@@ -102,12 +113,14 @@ float element(uint row, uint column) {
     return word_float(row * push.data.count + column);
 }
 
-void add_dense(uint row, uint lane, inout vec3 gathered[4]) {
+void add_dense(uint group, uint lane, inout Sums sums) {
+    uint last = push.data.count - 1u;
     for (uint column = lane; column < push.data.count; column += LANES) {
         vec3 sent = sent_by(column);
-        for (uint down = 0u; down < 4u; ++down) {
-            add(gathered[down], element(min(4u * row + down, push.data.count - 1u), column), sent);
-        }
+        add(sums.first, element(4u * group, column), sent);
+        add(sums.second, element(min(4u * group + 1u, last), column), sent);
+        add(sums.third, element(min(4u * group + 2u, last), column), sent);
+        add(sums.fourth, element(min(4u * group + 3u, last), column), sent);
     }
 }
 
@@ -138,28 +151,16 @@ void main() {
         }
         return;
     }
-    vec3 gathered[4] = vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    Sums sums = Sums(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     if (4u * group < push.data.count) {
         if (CODEC == CODEC_DENSE) {
-            add_dense(group, lane, gathered);
+            add_dense(group, lane, sums);
         } else {
-            add_blocks(group, lane, gathered);
+            add_blocks(group, lane, sums);
         }
     }
-    for (uint down = 0u; down < 4u; ++down) {
-        sums[down][lane] = gathered[down];
-    }
-    for (uint width = LANES >> 1u; width > 0u; width /= 2u) {
-        barrier();
-        if (lane < width) {
-            for (uint down = 0u; down < 4u; ++down) {
-                precise vec3 sum = sums[down][lane] + sums[down][lane + width];
-                sums[down][lane] = sum;
-            }
-        }
-    }
-    barrier();
+    vec3 sum = over_threads(sums, lane);
     if (lane < 4u && 4u * group + lane < push.data.count) {
-        finish(4u * group + lane, sums[lane][0]);
+        finish(4u * group + lane, sum);
     }
 }

@@ -22,7 +22,7 @@ layout(set = 0, binding = 6) uniform samplerBuffer bounced_sent;
 
 layout(push_constant, scalar) uniform Push { ProductPush data; } push;
 
-shared vec3 sums[4][LANES];
+#include "sums.glsl"
 
 // Exitance that the column at a position sends at first, or by how much that changed.
 vec3 sent(uint position) {
@@ -46,43 +46,56 @@ void add(inout vec3 sum, vec3 element, vec3 light) {
     sum = added;
 }
 
-// A block of BC1 (Khronos Data Format Specification 1.3, section 18.1), decoded in integers.
-void add_bc1(uvec2 block, uint column, inout vec3 gathered[4]) {
-    uint first = block.x & 0xffffu;
-    uint second = block.x >> 16u;
-    uvec3 a = end_codes(first);
-    uvec3 b = end_codes(second);
-    vec3 palette[4];
-    palette[0] = table_value(a);
-    palette[1] = table_value(b);
-    if (first > second) {
-        palette[2] = table_value((2u * a + b + 1u) / 3u);
-        palette[3] = table_value((2u * b + a + 1u) / 3u);
-    } else {
-        palette[2] = table_value((a + b + 1u) / 2u);
-        palette[3] = table_value(uvec3(0u));
-    }
-    for (uint across = 0u; across < 4u; ++across) {
-        vec3 light = sent(4u * column + across);
-        for (uint down = 0u; down < 4u; ++down) {
-            add(gathered[down], palette[block.y >> (2u * (4u * down + across)) & 3u], light);
-        }
-    }
+// What four columns send.
+struct Light {
+    vec3 first;
+    vec3 second;
+    vec3 third;
+    vec3 fourth;
+};
+
+Light light_of(uint column) {
+    return Light(sent(4u * column), sent(4u * column + 1u), sent(4u * column + 2u), sent(4u * column + 3u));
 }
 
-// Code of a level between the ends of a block of BC4 (section 19.1).
-uint bc4_level(uint a, uint b, uint index) {
-    if (index < 2u) {
-        return index == 0u ? a : b;
-    }
-    uint k = index - 1u;
-    if (a > b) {
-        return ((7u - k) * a + k * b + 3u) / 7u;
-    }
-    if (index > 5u) {
-        return index == 6u ? 0u : 255u;
-    }
-    return ((5u - k) * a + k * b + 2u) / 5u;
+// Of four colours that of an index of 2 bits.
+vec3 bc1_value(uint index, vec3 a, vec3 b, vec3 c, vec3 d) {
+    vec3 low = (index & 1u) != 0u ? b : a;
+    vec3 high = (index & 1u) != 0u ? d : c;
+    return (index & 2u) != 0u ? high : low;
+}
+
+void add_bc1_row(inout vec3 sum, uint indices, vec3 a, vec3 b, vec3 c, vec3 d, Light light) {
+    add(sum, bc1_value(indices, a, b, c, d), light.first);
+    add(sum, bc1_value(indices >> 2u, a, b, c, d), light.second);
+    add(sum, bc1_value(indices >> 4u, a, b, c, d), light.third);
+    add(sum, bc1_value(indices >> 6u, a, b, c, d), light.fourth);
+}
+
+// A block of BC1 (Khronos Data Format Specification 1.3, section 18.1), decoded in integers.
+void add_bc1(uvec2 block, uint column, inout Sums sums) {
+    uint first = block.x & 0xffffu;
+    uint second = block.x >> 16u;
+    uvec3 from = end_codes(first);
+    uvec3 to = end_codes(second);
+    // Four colours, or three and black.
+    bool four = first > second;
+    vec3 a = table_value(from);
+    vec3 b = table_value(to);
+    vec3 c = table_value(four ? (2u * from + to + 1u) / 3u : (from + to + 1u) / 2u);
+    vec3 d = table_value(four ? (2u * to + from + 1u) / 3u : uvec3(0u));
+    Light light = light_of(column);
+    add_bc1_row(sums.first, block.y, a, b, c, d, light);
+    add_bc1_row(sums.second, block.y >> 8u, a, b, c, d, light);
+    add_bc1_row(sums.third, block.y >> 16u, a, b, c, d, light);
+    add_bc1_row(sums.fourth, block.y >> 24u, a, b, c, d, light);
+}
+
+// Code k steps on from the first end of a block of BC4 to the second, of seven or of five (section 19.1).
+uint bc4_code(uvec2 ends, uint k) {
+    uint seven = ((7u - k) * ends.x + k * ends.y + 3u) / 7u;
+    uint five = ((5u - k) * ends.x + k * ends.y + 2u) / 5u;
+    return ends.x > ends.y ? seven : five;
 }
 
 vec3 ratios(uint chroma) {
@@ -93,46 +106,72 @@ vec3 ratios(uint chroma) {
     return vec3(red, max(green, 0.0), blue);
 }
 
-void add_bc4(uvec2 block, uint chroma, uint column, inout vec3 gathered[4]) {
-    uint a = block.x & 255u;
-    uint b = block.x >> 8u & 255u;
-    float levels[8];
-    for (uint index = 0u; index < 8u; ++index) {
-        levels[index] = word_float(push.data.tables_at + bc4_level(a, b, index));
-    }
-    vec3 ratio = ratios(chroma);
-    // Rows of indices: 12 bits each.
-    uint rows[4];
-    rows[0] = block.x >> 16u;
-    rows[1] = block.x >> 28u | block.y << 4u;
-    rows[2] = block.y >> 8u;
-    rows[3] = block.y >> 20u;
-    for (uint across = 0u; across < 4u; ++across) {
-        vec3 light = sent(4u * column + across);
-        for (uint down = 0u; down < 4u; ++down) {
-            precise vec3 element = levels[rows[down] >> (3u * across) & 7u] * ratio;
-            add(gathered[down], element, light);
-        }
-    }
+// Of eight levels that of an index of 3 bits, as a colour.
+vec3 bc4_value(uint index, vec4 low, vec4 high, vec3 ratio) {
+    bool odd = (index & 1u) != 0u;
+    float first = odd ? low.y : low.x;
+    float second = odd ? low.w : low.z;
+    float third = odd ? high.y : high.x;
+    float fourth = odd ? high.w : high.z;
+    bool upper = (index & 2u) != 0u;
+    float before = upper ? second : first;
+    float behind = upper ? fourth : third;
+    float level = (index & 4u) != 0u ? behind : before;
+    precise vec3 element = level * ratio;
+    return element;
 }
 
-// What the image holds of a block: codes as a sampler interpolates them, to the nearest.
-void add_sampled(uint row, uint column, uint chroma, inout vec3 gathered[4]) {
-    vec3 ratio = CODEC == CODEC_BC4_CHROMA ? ratios(chroma) : vec3(1.0);
-    int last = int(push.data.count) - 1;
-    for (uint across = 0u; across < 4u; ++across) {
-        vec3 light = sent(4u * column + across);
-        for (uint down = 0u; down < 4u; ++down) {
-            ivec2 texel = min(ivec2(4u * column + across, 4u * row + down), ivec2(last));
-            uvec3 codes = uvec3(texelFetch(bounced_matrix_image, texel, 0).rgb * 255.0 + 0.5);
-            if (CODEC == CODEC_BC4_CHROMA) {
-                precise vec3 element = word_float(push.data.tables_at + codes.r) * ratio;
-                add(gathered[down], element, light);
-            } else {
-                add(gathered[down], table_value(codes), light);
-            }
-        }
+void add_bc4_row(inout vec3 sum, uint indices, vec4 low, vec4 high, vec3 ratio, Light light) {
+    add(sum, bc4_value(indices, low, high, ratio), light.first);
+    add(sum, bc4_value(indices >> 3u, low, high, ratio), light.second);
+    add(sum, bc4_value(indices >> 6u, low, high, ratio), light.third);
+    add(sum, bc4_value(indices >> 9u, low, high, ratio), light.fourth);
+}
+
+float level_value(uint code) {
+    return word_float(push.data.tables_at + code);
+}
+
+void add_bc4(uvec2 block, uint chroma, uint column, inout Sums sums) {
+    uvec2 ends = uvec2(block.x, block.x >> 8u) & 255u;
+    // Of six levels the last two are the ends of the scale.
+    uvec2 last = ends.x > ends.y ? uvec2(bc4_code(ends, 5u), bc4_code(ends, 6u)) : uvec2(0u, 255u);
+    vec4 low = vec4(level_value(ends.x), level_value(ends.y), level_value(bc4_code(ends, 1u)), level_value(bc4_code(ends, 2u)));
+    vec4 high = vec4(level_value(bc4_code(ends, 3u)), level_value(bc4_code(ends, 4u)), level_value(last.x), level_value(last.y));
+    vec3 ratio = ratios(chroma);
+    Light light = light_of(column);
+    // Rows of indices: 12 bits each.
+    add_bc4_row(sums.first, block.x >> 16u, low, high, ratio, light);
+    add_bc4_row(sums.second, block.x >> 28u | block.y << 4u, low, high, ratio, light);
+    add_bc4_row(sums.third, block.y >> 8u, low, high, ratio, light);
+    add_bc4_row(sums.fourth, block.y >> 20u, low, high, ratio, light);
+}
+
+// What the image holds of an element: codes as a sampler interpolates them, to the nearest.
+vec3 sampled_value(uint row, uint column, vec3 ratio) {
+    ivec2 texel = min(ivec2(column, row), ivec2(push.data.count) - 1);
+    uvec3 codes = uvec3(texelFetch(bounced_matrix_image, texel, 0).rgb * 255.0 + 0.5);
+    if (CODEC == CODEC_BC4_CHROMA) {
+        precise vec3 element = word_float(push.data.tables_at + codes.r) * ratio;
+        return element;
     }
+    return table_value(codes);
+}
+
+void add_sampled_row(inout vec3 sum, uint row, uint column, vec3 ratio, Light light) {
+    add(sum, sampled_value(row, 4u * column, ratio), light.first);
+    add(sum, sampled_value(row, 4u * column + 1u, ratio), light.second);
+    add(sum, sampled_value(row, 4u * column + 2u, ratio), light.third);
+    add(sum, sampled_value(row, 4u * column + 3u, ratio), light.fourth);
+}
+
+void add_sampled(uint group, uint column, uint chroma, inout Sums sums) {
+    vec3 ratio = CODEC == CODEC_BC4_CHROMA ? ratios(chroma) : vec3(1.0);
+    Light light = light_of(column);
+    add_sampled_row(sums.first, 4u * group, column, ratio, light);
+    add_sampled_row(sums.second, 4u * group + 1u, column, ratio, light);
+    add_sampled_row(sums.third, 4u * group + 2u, column, ratio, light);
+    add_sampled_row(sums.fourth, 4u * group + 3u, column, ratio, light);
 }
 
 // Columns from this position on send nothing, so many of them.
@@ -145,13 +184,13 @@ bool are_dark(uint position, uint count) {
     return true;
 }
 
-void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
+void add_blocks(uint group, uint lane, inout Sums sums) {
     uint side = (push.data.count + 3u) / 4u;
     for (uint column = lane; column < side; column += LANES) {
         if (COLUMNS && are_dark(4u * column, 4u)) {
             continue;
         }
-        uint number = row * side + column;
+        uint number = group * side + column;
         if (CODEC != CODEC_THESIS) {
             // Blocks of nothing but zeros are not stored: a bit each, and counts before each word of bits.
             uint mask = word(push.data.mask_at + number / 32u);
@@ -166,14 +205,14 @@ void add_blocks(uint row, uint lane, inout vec3 gathered[4]) {
             chroma = word(push.data.chroma_at + number / 2u) >> (16u * (number & 1u)) & 0xffffu;
         }
         if (MATRIX_PATH == PATH_SAMPLED) {
-            add_sampled(row, column, chroma, gathered);
+            add_sampled(group, column, chroma, sums);
             continue;
         }
         uvec2 block = uvec2(word(push.data.blocks_at + 2u * number), word(push.data.blocks_at + 2u * number + 1u));
         if (CODEC == CODEC_BC4_CHROMA) {
-            add_bc4(block, chroma, column, gathered);
+            add_bc4(block, chroma, column, sums);
         } else {
-            add_bc1(block, column, gathered);
+            add_bc1(block, column, sums);
         }
     }
 }
@@ -191,22 +230,48 @@ void add_residuals(uint row, uint lane, inout vec3 sum) {
 }
 
 // The same in the thesis' form: a list a channel, in 32 bits.
-void add_apart(uint row, uint lane, inout vec3 sum) {
-    for (uint channel = 0u; channel < 3u; ++channel) {
-        uint list = push.data.offsets_at + channel * (push.data.count + 1u) + row;
-        uint begin = word(list);
-        uint end = word(list + 1u);
-        for (uint at = begin + lane; at < end; at += LANES) {
-            uint column = word(push.data.apart_at + at / 2u) >> (16u * (at & 1u)) & 0xffffu;
-            precise float product = word_float(push.data.values_at + at) * sent(column)[channel];
-            precise float added = sum[channel] + product;
-            sum[channel] = added;
-        }
+void add_apart(uint row, uint lane, uint channel, inout float sum) {
+    uint list = push.data.offsets_at + channel * (push.data.count + 1u) + row;
+    uint end = word(list + 1u);
+    for (uint at = word(list) + lane; at < end; at += LANES) {
+        uint column = word(push.data.apart_at + at / 2u) >> (16u * (at & 1u)) & 0xffffu;
+        precise float product = word_float(push.data.values_at + at) * sent(column)[channel];
+        precise float added = sum + product;
+        sum = added;
     }
 }
 
+// What a row has beside its blocks.
+void add_beside(uint row, uint lane, inout vec3 sum) {
+    if (row >= push.data.count) {
+        return;
+    }
+    if (CODEC == CODEC_THESIS) {
+        add_apart(row, lane, 0u, sum.r);
+        add_apart(row, lane, 1u, sum.g);
+        add_apart(row, lane, 2u, sum.b);
+    } else {
+        add_residuals(row, lane, sum);
+    }
+}
+
+// Two columns of a row.
+void add_pair(inout vec3 sum, uint row, uint pair, vec3 left, vec3 right) {
+    uint row_words = (push.data.count + 1u) / 2u;
+    uint at = push.data.blocks_at + min(row, push.data.count - 1u) * row_words + pair;
+    uint channel_words = push.data.count * row_words;
+    vec2 red = unpackHalf2x16(word(at));
+    vec2 green = unpackHalf2x16(word(at + channel_words));
+    vec2 blue = unpackHalf2x16(word(at + 2u * channel_words));
+    precise vec3 first = vec3(red.x, green.x, blue.x) * push.data.scale;
+    precise vec3 second = vec3(red.y, green.y, blue.y) * push.data.scale;
+    add(sum, first, left);
+    // Beyond the last column it is nothing that nothing sends.
+    add(sum, second, right);
+}
+
 // Every element of four rows: threads take pairs of columns in turn.
-void add_halves(uint row, uint lane, inout vec3 gathered[4]) {
+void add_halves(uint group, uint lane, inout Sums sums) {
     uint row_words = (push.data.count + 1u) / 2u;
     for (uint pair = lane; pair < row_words; pair += LANES) {
         if (COLUMNS && are_dark(2u * pair, 2u)) {
@@ -214,58 +279,33 @@ void add_halves(uint row, uint lane, inout vec3 gathered[4]) {
         }
         vec3 left = sent(2u * pair);
         vec3 right = sent(2u * pair + 1u);
-        for (uint down = 0u; down < 4u; ++down) {
-            uint at = min(4u * row + down, push.data.count - 1u);
-            vec2 of[3];
-            for (uint channel = 0u; channel < 3u; ++channel) {
-                of[channel] = unpackHalf2x16(word(push.data.blocks_at + (channel * push.data.count + at) * row_words + pair));
-            }
-            precise vec3 first = vec3(of[0].x, of[1].x, of[2].x) * push.data.scale;
-            add(gathered[down], first, left);
-            if (2u * pair + 1u < push.data.count) {
-                precise vec3 second = vec3(of[0].y, of[1].y, of[2].y) * push.data.scale;
-                add(gathered[down], second, right);
-            }
-        }
+        add_pair(sums.first, 4u * group, pair, left, right);
+        add_pair(sums.second, 4u * group + 1u, pair, left, right);
+        add_pair(sums.third, 4u * group + 2u, pair, left, right);
+        add_pair(sums.fourth, 4u * group + 3u, pair, left, right);
     }
 }
 
 void main() {
-    uint row = gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x;
+    uint group = gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x;
     uint lane = gl_LocalInvocationID.x;
-    vec3 gathered[4] = vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-    if (4u * row < push.data.count) {
+    Sums sums = Sums(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    if (4u * group < push.data.count) {
         if (CODEC == CODEC_HALF) {
-            add_halves(row, lane, gathered);
+            add_halves(group, lane, sums);
         } else {
-            add_blocks(row, lane, gathered);
-            for (uint down = 0u; down < min(4u, push.data.count - 4u * row); ++down) {
-                if (CODEC == CODEC_THESIS) {
-                    add_apart(4u * row + down, lane, gathered[down]);
-                } else {
-                    add_residuals(4u * row + down, lane, gathered[down]);
-                }
-            }
+            add_blocks(group, lane, sums);
+            add_beside(4u * group, lane, sums.first);
+            add_beside(4u * group + 1u, lane, sums.second);
+            add_beside(4u * group + 2u, lane, sums.third);
+            add_beside(4u * group + 3u, lane, sums.fourth);
         }
     }
-    for (uint down = 0u; down < 4u; ++down) {
-        sums[down][lane] = gathered[down];
-    }
-    for (uint width = LANES >> 1u; width > 0u; width /= 2u) {
-        barrier();
-        if (lane < width) {
-            for (uint down = 0u; down < 4u; ++down) {
-                precise vec3 sum = sums[down][lane] + sums[down][lane + width];
-                sums[down][lane] = sum;
-            }
-        }
-    }
-    barrier();
-    if (lane >= 4u || 4u * row + lane >= push.data.count) {
+    precise vec3 irradiance = over_threads(sums, lane);
+    if (lane >= 4u || 4u * group + lane >= push.data.count) {
         return;
     }
-    uint patch_id = word(push.data.rows_at + 4u * row + lane);
-    precise vec3 irradiance = sums[lane][0];
+    uint patch_id = word(push.data.rows_at + 4u * group + lane);
     if (CODEC == CODEC_THESIS) {
         uint at = push.data.scales_at + 3u * patch_id;
         irradiance *= vec3(word_float(at), word_float(at + 1u), word_float(at + 2u));
