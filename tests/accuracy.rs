@@ -115,7 +115,9 @@ fn knobs_of_bounced_light_are_judged_by_paths() {
     assert!(error(gathers[1]) > 1.2 * error(gathers[0]) && error(gathers[0]) < 0.15, "{gathers:#?}");
     let tolerances = rows(&value, "gi-tolerance");
     assert_eq!(tolerances.len(), 5, "{value}");
-    assert!(error(tolerances[1]) > error(tolerances[0]), "{tolerances:#?}");
+    // Patches are what is wrong in all of them: a tighter tolerance than the default is not seen, a looser one is, whichever way.
+    let [default, loose, tight] = [0, 1, 4].map(|at| error(tolerances[at]));
+    assert!((tight / default - 1.0).abs() < 0.03 && (loose / default - 1.0).abs() > 0.01, "{tolerances:#?}");
     assert_eq!(rows(&value, "gi-iteration").len(), 2, "{value}");
     // Both paths have the same words.
     let paths = rows(&value, "gi-path");

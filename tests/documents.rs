@@ -369,7 +369,8 @@ fn json_that_needs_a_device_is_documented() {
     assert_eq!(differences(&documented("devices"), &json(&["devices", "--json", "-"])), NONE);
     let bench = ["bench", "ceiling", "--size", "16x8", "--lights", "1", "--quick", "--json", "-"];
     assert_eq!(differences(&documented("bench"), &json(&bench)), NONE);
-    assert_eq!(differences(&documented("check"), &json(&["check", "--json", "-"])), NONE);
+    // One of many: what all find is looked at by the tests of pictures and hard cases.
+    assert_eq!(differences(&documented("check"), &json(&["check", "--only", "radiosity_direct", "--json", "-"])), NONE);
 }
 
 #[test]

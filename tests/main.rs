@@ -15,6 +15,7 @@ mod effects;
 mod fuzz;
 mod graph_properties;
 mod hard_cases;
+mod hard_values;
 mod layering;
 mod list_bytes;
 mod pictures;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What each patch sends at first: emission, and the direct light at its points past the shadow maps. Sixteen threads a patch, one a point.
+// What each patch sends at first: emission, and the direct light at its points past the shadow maps. A thread a point.
 // CPU twin: radiosity/solve.rs.
 #include "base.glsl"
 #include "surface_data.glsl"
@@ -10,6 +10,8 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame data; } frame;
 layout(set = 0, binding = 1, scalar) readonly buffer PatchBlock { PatchData data[]; } patches;
 layout(set = 0, binding = 2, scalar) readonly buffer PointBlock { vec3 data[]; } patch_points;
+// Points of a patch; a divisor of 64.
+layout(constant_id = 42) const uint POINTS = PATCH_POINTS;
 // What is made of the light of the frame before (CARRIED_*).
 layout(constant_id = 41) const uint CARRIED = CARRIED_NOTHING;
 layout(set = 0, binding = 46, scalar) readonly buffer KeptBlock { PatchLight data[]; } bounced_kept;
@@ -28,11 +30,11 @@ vec3 finite(vec3 light) {
 
 void main() {
     uint at = gl_LocalInvocationID.x;
-    uint patch_id = (gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x) * (64u / PATCH_POINTS) + at / PATCH_POINTS;
+    uint patch_id = ((gl_WorkGroupID.y * MOST_GROUPS + gl_WorkGroupID.x) * 64u + at) / POINTS;
     vec3 irradiance = vec3(0.0);
     if (patch_id < push.data.count) {
         Surface s;
-        uint point = 2u * (patch_id * PATCH_POINTS + at % PATCH_POINTS);
+        uint point = 2u * (patch_id * POINTS + at % POINTS);
         s.position = patch_points.data[point];
         s.normal = patch_points.data[point + 1u];
         s.base_color = vec3(1.0);
@@ -50,15 +52,15 @@ void main() {
     }
     sums[at] = irradiance;
     barrier();
-    if (at % PATCH_POINTS != 0u || patch_id >= push.data.count) {
+    if (at % POINTS != 0u || patch_id >= push.data.count) {
         return;
     }
     precise vec3 sum = vec3(0.0);
-    for (uint k = 0u; k < PATCH_POINTS; ++k) {
+    for (uint k = 0u; k < POINTS; ++k) {
         sum += sums[at + k];
     }
     PatchData of = patches.data[patch_id];
-    precise vec3 first = of.emission * PI + of.reflectance * (sum * (1.0 / float(PATCH_POINTS)));
+    precise vec3 first = of.emission * PI + of.reflectance * (sum * (1.0 / float(POINTS)));
     vec3 known = vec3(0.0);
     vec3 first_known = vec3(0.0);
     if (CARRIED != CARRIED_NOTHING && push.data.afresh == 0u) {

@@ -195,7 +195,39 @@ pub fn radiosity_direct(renderer: &Renderer) -> Result<Vec<Row>> {
         }
         rows.push(Row::at_most(format!("light of patches at first, {name}"), off / all, bound));
     }
+    rows.extend(few_points(renderer)?);
     Ok(rows)
+}
+
+/// A dark room looks at fewer points of a patch, and its light is off by less than the tolerance for that.
+fn few_points(renderer: &Renderer) -> Result<Vec<Row>> {
+    let mut scene = builtin::load("cornell")?;
+    for material in &mut scene.materials {
+        material.emissive = [0.0; 3];
+        material.base_color[..3].fill(0.04);
+    }
+    let bake = baked(&scene, 200, CodecName::ZeroBlock)?;
+    let with = |tolerance: f64| -> Result<(u32, Vec<[f64; 2]>)> {
+        let gathering = Gathering { gathers: Some(2), tolerance, ..Gathering::default() };
+        let asked = Request { gi: Gi::Radiosity(gathering), ..request(&bake, Technique::Forward) };
+        let plan = Plan::new(&scene, &asked, &renderer.limits())?;
+        let light = patch_light(renderer, &scene, &plan)?;
+        // Green: irradiance from patches; exitance straight from lights.
+        let green = light.iter().map(|l| [f64::from(l[0][1]), f64::from(l[3][1])]).collect();
+        Ok((plan.bounced.map_or(0, |bounced| bounced.points_each), green))
+    };
+    let ((few, found), (all, right)) = (with(Gathering::TOLERANCE)?, with(1e-9)?);
+    let (mut off, mut mean, mut area) = (0.0, 0.0, 0.0);
+    for ((patch, found), right) in bake.patches.list.iter().zip(&found).zip(&right) {
+        off += (found[0] - right[0]).powi(2) * patch.area;
+        mean += (right[0] + right[1] / patch.reflectance.y) * patch.area;
+        area += patch.area;
+    }
+    let wrong = usize::from(few != 4) + usize::from(all != 16);
+    Ok(vec![
+        Row::none("a dark room looks at four points of a patch", wrong, "faults"),
+        Row::at_most("light with four points, of all light", (off / area).sqrt() / (mean / area), Gathering::TOLERANCE),
+    ])
 }
 
 fn lamp(position: DVec3) -> Light {

@@ -1,7 +1,7 @@
 //! Patch light: what each patch sends at first, by emission and by the direct light at its points past the shadow maps.
 //!
 //! Reads: frame, patches, their points, lights (by the planned fetch), shadow maps. Writes: `patch_light`.
-//! Group shape: 64 threads, sixteen a patch. Limits: as `forward`, for lights. CPU twin: `radiosity/solve.rs`.
+//! Group shape: 64 threads, one a point. Limits: as `forward`, for lights. CPU twin: `radiosity/solve.rs`.
 
 use bytemuck::bytes_of;
 
@@ -34,6 +34,7 @@ pub fn add(
 ) {
     let constants = light_constants(plan);
     let count = plan.bounced.as_ref().map_or(0, |bounced| bounced.patches.len() as u32);
+    let points = plan.bounced.as_ref().map_or(PATCH_POINTS, |bounced| bounced.points_each);
     let afresh = plan.bounced.as_ref().is_some_and(|bounced| bounced.afresh);
     let set = patch_light::Bindings {
         frame: ComputeUniform(scene.frame),
@@ -52,6 +53,7 @@ pub fn add(
         bounced_light: None,
     };
     let spec = patch_light::Spec {
+        POINTS: points,
         CARRIED: carried(plan.bounced.as_ref()),
         LIGHT_FETCH: constants.fetch,
         LIGHT_KINDS: constants.kinds,
@@ -60,12 +62,13 @@ pub fn add(
         LIGHT_SEEK: constants.seek,
         INVERSE_SQUARE: constants.inverse_square,
         SHADOW_KINDS: constants.shadow_kinds,
-        SHADOW_FILTER: constants.shadow_filter,
+        // Points of a patch are their own filter.
+        SHADOW_FILTER: 0,
         BOUNCED: false,
         BOUNCED_STORAGE: false,
         SHADING: SHADING_LAMBERT,
     };
-    let groups = count.div_ceil(64 / PATCH_POINTS);
+    let groups = count.div_ceil(64 / points);
     let work = Work::Dispatch {
         pipeline: ComputePipeline { program: &patch_light::PROGRAM, constants: spec.values() },
         bindings: set.list(),

@@ -32,6 +32,11 @@ const AFRESH: u32 = 64;
 /// Of what a light was: if it is fainter than that light is gathered afresh.
 const FAINTER: f64 = 0.1;
 
+/// What a patch gathers comes from at least as many others in equal parts: what points too few do to each of them evens out.
+const SENDERS: f64 = 8.0;
+/// Numbers of points of a patch.
+const FEWER_POINTS: [u32; 2] = [1, 4];
+
 /// What is made of the light of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carried {
@@ -54,7 +59,9 @@ pub struct Bounced {
     pub places: Vec<[f32; 4]>,
     /// What of patches light does not change, view space.
     pub patches: Vec<PatchData>,
-    /// Points of patches and the normals there, view space.
+    /// Points of each patch at which direct light is looked at.
+    pub points_each: u32,
+    /// These points and the normals there, view space.
     pub points: Vec<[[f32; 3]; 2]>,
     /// The matrix.
     pub matrix: Matrix,
@@ -100,6 +107,8 @@ impl Bounced {
             return Ok((None, why));
         }
         let Spectrum { smallest, largest } = bake.spectrum;
+        // Where nothing emits, bounces are at most so much of all light.
+        let share = if emits { 1.0 } else { largest.max(-smallest).min(1.0) };
         if feedback && bake.settings.codec.is_summed() {
             let codec = bake.settings.codec.name();
             return Err(Error::usage(format!(
@@ -118,8 +127,6 @@ impl Bounced {
             (vec![[1.0; 2]], format!("one product, {bounces} bounces are summed in it"))
         } else {
             let most = gathers.unwrap_or(MOST_GATHERS);
-            // Where nothing emits, bounces are at most so much of all light.
-            let share = if emits { 1.0 } else { largest.max(-smallest).min(1.0) };
             let left = |count: &u32| share * left_after(*count, iteration, smallest, largest) <= tolerance;
             let count = gathers.unwrap_or_else(|| (1..most).find(left).unwrap_or(most));
             let why = match gathers {
@@ -148,12 +155,16 @@ impl Bounced {
             Carried::Changes => format!("{how}, of columns whose light changed"),
             _ => how,
         };
+        let points_each = points_each(share, tolerance);
+        let how =
+            if points_each < POINTS { format!("{how}; {points_each} points a patch are enough for that") } else { how };
         let matrix = Matrix::new(&bake, path, limits)?;
         let planned = Self {
             steps,
             places: places(&bake, view),
             patches: bake.patches.list.iter().map(|patch| patch_data(patch, view)).collect(),
-            points: bake.points.iter().map(|point| point_data(point, view)).collect(),
+            points_each,
+            points: points(&bake.points, points_each).map(|point| point_data(point, view)).collect(),
             matrix,
             lanes: limits.subgroup_size.clamp(LEAST_LANES, shared::GATHER_LANES).next_power_of_two(),
             thread_rows: thread_rows && bake.settings.codec == CodecName::Classical,
@@ -264,6 +275,19 @@ pub fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> V
         .collect()
 }
 
+/// As few points of a patch as leave `tolerance` of all light, of which bounces are a `share`: of n points in strata half may be in shadow, which is off
+/// by up to 1 / (2 sqrt n), and by less where many patches add up.
+pub fn points_each(share: f64, tolerance: f64) -> u32 {
+    let off = |n: &u32| share * 0.5 / (f64::from(*n) * SENDERS).sqrt();
+    FEWER_POINTS.into_iter().find(|n| off(n) <= tolerance).unwrap_or(POINTS)
+}
+
+/// `each` of the points of every patch: the middle ones of equal runs of its strata.
+pub fn points(all: &[[glam::DVec3; 2]], each: u32) -> impl Iterator<Item = &[glam::DVec3; 2]> {
+    let run = (POINTS / each) as usize;
+    all.iter().skip(run / 2).step_by(run)
+}
+
 fn point_data([at, normal]: &[glam::DVec3; 2], view: &View) -> [[f32; 3]; 2] {
     let normal = view.world_to_view.transform_vector3(*normal).normalize_or_zero();
     [view.world_to_view.transform_point3(*at).as_vec3().to_array(), normal.as_vec3().to_array()]
@@ -305,77 +329,4 @@ pub(super) fn effect(plan: &Plan) -> Effect {
 const _: () = assert!(POINTS == shared::PATCH_POINTS);
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A diagonal operator whose eigenvalues are known: the iteration leaves what it says at most.
-    #[test]
-    fn both_iterations_leave_what_their_bounds_say() {
-        let (smallest, largest) = (-0.4, 0.9);
-        let both = [Iteration::Chebyshev, Iteration::Neumann];
-        for (iteration, count) in both.into_iter().flat_map(|way| [1, 2, 4, 8, 16].map(|count| (way, count))) {
-            let steps = steps(iteration, smallest, largest, count);
-            let bound = left_after(count, iteration, smallest, largest);
-            for k in 0..=20 {
-                let eigenvalue = smallest + (largest - smallest) * f64::from(k) / 20.0;
-                let right = 1.0 / (1.0 - eigenvalue);
-                let (mut now, mut before) = (0.0, 0.0);
-                for [step, weight] in &steps {
-                    let gathered = 1.0 + eigenvalue * now;
-                    let next = f64::from(*weight) * ((now - before) + f64::from(*step) * (gathered - now)) + before;
-                    (before, now) = (now, next);
-                }
-                assert!((now - right).abs() <= bound * right * 1.001 + 1e-6, "{count} steps, {eigenvalue}: {now}");
-            }
-        }
-    }
-
-    /// R17: light that comes and goes leaves nothing behind but what the iteration's bound allows, and no gather grows it.
-    #[test]
-    fn r17_light_that_is_switched_off_decays() {
-        let (smallest, largest) = (-0.3, 0.8);
-        for iteration in [Iteration::Chebyshev, Iteration::Neumann] {
-            for eigenvalue in [smallest, 0.1, largest] {
-                let (mut now, mut before) = (1e4, 1e4);
-                for [step, weight] in steps(iteration, smallest, largest, 12) {
-                    let next =
-                        f64::from(weight) * ((now - before) + f64::from(step) * (eigenvalue * now - now)) + before;
-                    (before, now) = (now, next);
-                }
-                let left = left_after(12, iteration, smallest, largest);
-                assert!(now.is_finite() && now.abs() <= 1e4 * left * 1.001, "{eigenvalue}: {now}, {left}");
-            }
-        }
-    }
-
-    /// Of the box with walls that reflect so much of what they do.
-    fn planned(share: f32, tolerance: f64) -> Decision {
-        let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
-        for material in &mut scene.materials {
-            (0..3).for_each(|c| material.base_color[c] *= share);
-            material.emissive = [0.0; 3];
-        }
-        let settings =
-            crate::radiosity::Settings { patches: crate::radiosity::bake::PatchRule::Count(60), ..Default::default() };
-        let bake = Arc::new(Bake::of_scene(&scene, settings).expect("a bake"));
-        let gathering = Gathering { tolerance, ..Gathering::default() };
-        let request =
-            Request { gi: Gi::Radiosity(gathering), bake: Some(bake), width: 32, height: 32, ..Request::default() };
-        let plan = Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan");
-        Bounced::new(&request, &plan.view, &plan.lighting, &Limits::MINIMUM).expect("a decision")
-    }
-
-    /// As few gathers as the tolerance asks for, none where nothing is reflected, and the number that decided in the sentence.
-    #[test]
-    fn gathers_are_as_few_as_the_scene_calls_for() {
-        let (loose, _) = planned(1.0, 0.1);
-        let (tight, why) = planned(1.0, 1e-3);
-        let count = |of: &Option<Bounced>| of.as_ref().map_or(0, |bounced| bounced.steps.len());
-        assert!(count(&loose) >= 1 && count(&tight) > count(&loose), "{} {}", count(&loose), count(&tight));
-        assert!(why.contains("eigenvalues from") && why.contains("gathers"), "{why}");
-        let (dark, _) = planned(0.05, Gathering::TOLERANCE);
-        assert!(count(&dark) <= 2, "{}", count(&dark));
-        let (none, why) = planned(0.005, Gathering::TOLERANCE);
-        assert!(none.is_none() && why.contains("less than the tolerance"), "{why}");
-    }
-}
+mod tests;

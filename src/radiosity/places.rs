@@ -7,8 +7,10 @@ use super::patches::Patch;
 use super::sight::NO_TRIANGLE;
 use crate::math::random::Random;
 
-/// Facets that stand for a patch of more triangles than that: a pair of ornaments would otherwise take the square of what they are made of.
-const MOST_FACETS: usize = 16;
+/// Pairs of triangles that two patches exchange by, at most: ornaments would otherwise take the square of what they are made of.
+const MOST_PAIRS: usize = 256;
+/// Odd: strata of one patch meet strata of the other all over.
+const STRIDE: usize = 99;
 
 /// See the module.
 pub struct Places<'a> {
@@ -18,8 +20,8 @@ pub struct Places<'a> {
     ends: Vec<f64>,
     /// Unit normals of triangles.
     normals: Vec<DVec3>,
-    /// Facets, and how many times its own area each stands for.
-    facets: Vec<(Facet, f64)>,
+    /// All triangles, where others may ask what they exchange.
+    facets: Vec<Facet>,
 }
 
 /// A point of a patch.
@@ -47,21 +49,9 @@ impl<'a> Places<'a> {
         Self { patch, ends, normals, facets: Vec::new() }
     }
 
-    /// Likewise with its facets: all triangles, or as many as [`MOST_FACETS`] of more, each as often as a stratum of the patch's area meets it.
+    /// Likewise with its facets.
     pub fn with_facets(patch: &'a Patch) -> Self {
-        let mut places = Self::new(patch);
-        let count = patch.triangles.len();
-        if count <= MOST_FACETS {
-            places.facets = patch.triangles.iter().map(|t| (Facet::new(t), 1.0)).collect();
-            return places;
-        }
-        let all = places.ends.last().copied().unwrap_or(0.0);
-        let each = all / MOST_FACETS as f64;
-        for k in 0..MOST_FACETS {
-            let facet = Facet::new(&patch.triangles[places.triangle_of((k as f64 + 0.5) * each)]);
-            places.facets.push((facet, each / facet.area()));
-        }
-        places
+        Self { facets: patch.triangles.iter().map(Facet::new).collect(), ..Self::new(patch) }
     }
 
     /// Stratum k of n by area, anywhere in the triangle that it falls on.
@@ -77,12 +67,22 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Square metres: light that leaves one patch and meets the other, were nothing in between. Patches of few triangles by all pairs of them.
-    pub fn exchange(&self, other: &Self) -> f64 {
-        let with = |(t, often): &(Facet, f64)| -> f64 {
-            other.facets.iter().map(|(u, other)| pair::exchange(t, u) * often * other).sum()
+    /// Square metres: light that leaves one patch and meets the other, were nothing in between. By all pairs of triangles, or by [`MOST_PAIRS`] of more,
+    /// one from each stratum of both areas, which differ from call to call: on average they exchange as much as all.
+    pub fn exchange(&self, other: &Self, random: &mut Random) -> f64 {
+        if self.facets.len() * other.facets.len() <= MOST_PAIRS {
+            return self.facets.iter().flat_map(|t| other.facets.iter().map(|u| pair::exchange(t, u))).sum();
+        }
+        let each = [self, other].map(|places| places.ends.last().copied().unwrap_or(0.0) / MOST_PAIRS as f64);
+        let offset = (random.unit_f64() * MOST_PAIRS as f64) as usize;
+        let of = |k: usize| {
+            let strata = [k, (k * STRIDE + offset) % MOST_PAIRS];
+            let [t, u] = [(self, 0), (other, 1)].map(|(places, side): (&Self, usize)| {
+                &places.facets[places.triangle_of((strata[side] as f64 + random.unit_f64()) * each[side])]
+            });
+            pair::exchange(t, u) / (t.area() * u.area())
         };
-        self.facets.iter().map(with).sum()
+        (0..MOST_PAIRS).map(of).sum::<f64>() * each[0] * each[1] * MOST_PAIRS as f64
     }
 
     /// The triangle in which so much of the area, counted along all of them, ends.

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::bakes::is_of_bounces;
+use super::bakes::{gathers, is_of_bounces, iterations, of_bakes, paths, tolerances};
 use crate::cli::{Accuracy, KnobName};
 use crate::commands::setup;
 use crate::plan::gbuffer::FAT_ATTACHMENTS;
 use crate::plan::samples::COUNTS;
 use crate::plan::{
-    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, Gathering, GbufferLayout, Gi, Iteration, Limits,
-    MatrixPath, Request, ShadowUpdate, Technique, TransparentBounds, TransparentSort,
+    Accumulation, Clusters, CullTest, DeferredLights, DepthBounds, GbufferLayout, Limits, Request, ShadowUpdate,
+    Technique, TransparentBounds, TransparentSort,
 };
 use crate::radiosity::Bake;
 use crate::scene::lighting::{DEFAULT_CUTOFF, LightRules, RangeRule};
@@ -72,11 +72,6 @@ pub(super) const SHADOWED: u32 = 4;
 
 /// Columns of shadow maps.
 const SHADOW_SIZES: [u32; 5] = [128, 256, 512, 1024, 2048];
-
-/// Gathers of bounced light.
-const GATHERS: [u32; 6] = [1, 2, 3, 4, 6, 8];
-/// The default comes first.
-const TOLERANCES: [f64; 5] = [Gathering::TOLERANCE, 0.1, 0.03, 0.001, 0.0001];
 
 /// Texels of their filter.
 const SHADOW_FILTERS: [u32; 5] = [0, 1, 2, 4, 8];
@@ -268,50 +263,6 @@ fn transparent_sorts(base: &Request) -> Vec<Setting> {
         (transparent_sort.name().to_string(), Request { transparent_sort, ..base.clone() })
     };
     TransparentSort::ALL.map(of).to_vec()
-}
-
-/// Light is gathered in every frame, so that its time is seen.
-fn bounced(base: &Request, bake: &Arc<Bake>, gathers: Option<u32>) -> Request {
-    let gathering = Gathering { gathers, ..Gathering::default() };
-    Request {
-        gi: Gi::Radiosity(gathering),
-        bake: Some(Arc::clone(bake)),
-        shadow_update: ShadowUpdate::Frame,
-        rules: LightRules { emission_lights: true, ..base.rules.clone() },
-        ..base.clone()
-    }
-}
-
-fn gathers(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
-    let Some(bake) = bakes.first() else { return Vec::new() };
-    let auto = ("auto".to_string(), bounced(base, bake, None));
-    std::iter::once(auto).chain(GATHERS.map(|n| (n.to_string(), bounced(base, bake, Some(n))))).collect()
-}
-
-fn gathering(base: &Request, bakes: &[Arc<Bake>], ways: Vec<(String, Gathering)>) -> Vec<Setting> {
-    let Some(bake) = bakes.first() else { return Vec::new() };
-    let of = |(name, gathering)| (name, Request { gi: Gi::Radiosity(gathering), ..bounced(base, bake, None) });
-    ways.into_iter().map(of).collect()
-}
-
-fn tolerances(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
-    let of = |tolerance: f64| (tolerance.to_string(), Gathering { tolerance, ..Gathering::default() });
-    gathering(base, bakes, TOLERANCES.map(of).to_vec())
-}
-
-/// Each with as many gathers as the tolerance needs.
-fn iterations(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
-    let of = |iteration: Iteration| (iteration.name().to_string(), Gathering { iteration, ..Gathering::default() });
-    gathering(base, bakes, [Iteration::Chebyshev, Iteration::Neumann].map(of).to_vec())
-}
-
-fn paths(base: &Request, bakes: &[Arc<Bake>]) -> Vec<Setting> {
-    let of = |path: MatrixPath| (path.name().to_string(), Gathering { path, ..Gathering::default() });
-    gathering(base, bakes, [MatrixPath::Texel, MatrixPath::Buffer].map(of).to_vec())
-}
-
-fn of_bakes(base: &Request, bakes: &[Arc<Bake>], name: impl Fn(&Bake) -> String) -> Vec<Setting> {
-    bakes.iter().map(|bake| (name(bake), bounced(base, bake, None))).collect()
 }
 
 /// Turned on a scene that has nothing blended, the knob does nothing.

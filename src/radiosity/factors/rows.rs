@@ -19,9 +19,9 @@ const FAR: f64 = 8.0;
 /// Pairs of points between those, at least.
 const POINTS: u32 = 16;
 /// Rays for all the light that leaves a patch, were they shared out by how much of it each pair carries; a pair has at least one.
-const RAYS: f64 = 4096.0;
+const RAYS: f64 = 16384.0;
 /// Rays of a pair, at most.
-const MOST_RAYS: u32 = 64;
+const MOST_RAYS: u32 = 256;
 /// Rows of a batch for each core, at least.
 const ROWS_A_CORE: usize = 4;
 
@@ -69,7 +69,7 @@ impl RawRows {
                 .zip(&open)
                 .enumerate()
                 .map(|(k, (row, open))| {
-                    let row = row.finished(&places[begin - first + k..], open);
+                    let row = row.finished(&places[begin - first + k..], begin + k, seed, open);
                     progress();
                     row
                 })
@@ -109,8 +109,7 @@ impl PendingRow {
         let mut row = Self { pairs: Vec::new(), segments: Vec::new(), shares: Vec::new(), counted: [0; 4] };
         let mut room = Vec::new();
         for at in 0..places.len() - 1 {
-            let pair = (i as u64) << 32 | (i + 1 + at) as u64;
-            let mut random = Random::new(seed ^ pair.wrapping_mul(0x9E6C_63D0_876A_46D5));
+            let mut random = random(seed, i, at);
             row.add([&places[0], &places[at + 1]], at, &mut random, &mut room);
         }
         row
@@ -186,20 +185,28 @@ impl PendingRow {
         }
     }
 
-    /// The row, from whether each segment is open; square metres.
-    fn finished(&self, places: &[Places], open: &[bool]) -> Vec<f32> {
+    /// The row of patch `i`, from whether each segment is open; square metres.
+    fn finished(&self, places: &[Places], i: usize, seed: u64, open: &[bool]) -> Vec<f32> {
         let mut row = vec![0f32; places.len() - 1];
         for pair in &self.pairs {
             let run = pair.segments.clone();
             let seen = open[run.clone()].iter().zip(&self.shares[run]).filter(|(open, _)| **open);
             let share: f64 = seen.map(|(_, share)| share).sum();
             if share > 0.0 {
-                let exchange = pair.exchange.unwrap_or_else(|| places[0].exchange(&places[pair.at + 1]));
+                let exchange = pair
+                    .exchange
+                    .unwrap_or_else(|| places[0].exchange(&places[pair.at + 1], &mut random(!seed, i, pair.at)));
                 row[pair.at] = (exchange * share) as f32;
             }
         }
         row
     }
+}
+
+/// A stream for the pair of a patch and the one `at` places behind the next, whoever computes it.
+fn random(seed: u64, i: usize, at: usize) -> Random {
+    let pair = (i as u64) << 32 | (i + 1 + at) as u64;
+    Random::new(seed ^ pair.wrapping_mul(0x9E6C_63D0_876A_46D5))
 }
 
 /// Rays of a pair that would exchange so many square metres: by the larger of both form factors.
