@@ -341,7 +341,7 @@ pub const BOUNCED_PARTED: u32 = 0x8000_0000;
 pub const BOUNCED_PLANES: u32 = 4;
 /// Least weight of a patch that is listed.
 pub const BOUNCED_LEAST: f32 = 1e-6;
-/// Points of a patch at which direct light is looked at.
+/// Points of a patch at which direct light is looked at, at most.
 pub const PATCH_POINTS: u32 = 16;
 /// Threads of a group that gathers four rows, at most: those that run in step, where these are fewer.
 pub const GATHER_LANES: u32 = 32;

@@ -8,6 +8,14 @@ struct Sums {
     vec3 fourth;
 };
 
+// What four columns send.
+struct Light {
+    vec3 first;
+    vec3 second;
+    vec3 third;
+    vec3 fourth;
+};
+
 shared vec3 halves[4][LANES];
 
 // The row's sum over all threads, added halves onto halves, for threads 0 to 3. All of a group call it.

@@ -55,12 +55,12 @@ float level_value(uint level, float end, float step, float twice, float four) {
     return level == 0u ? 0.0 : value;
 }
 
-// Adds a row of a block: `levels` has 3 bits for each of four columns.
-void add_levels(inout vec3 sum, uint levels, vec4 ends, vec3 sent_0, vec3 sent_1, vec3 sent_2, vec3 sent_3) {
-    add(sum, level_value(levels & 7u, ends.x, ends.y, ends.z, ends.w), sent_0);
-    add(sum, level_value(levels >> 3u & 7u, ends.x, ends.y, ends.z, ends.w), sent_1);
-    add(sum, level_value(levels >> 6u & 7u, ends.x, ends.y, ends.z, ends.w), sent_2);
-    add(sum, level_value(levels >> 9u & 7u, ends.x, ends.y, ends.z, ends.w), sent_3);
+// Adds a row of a block: `levels` has 3 bits for each of four columns; `ends` are the least value and the step to the powers 1, 2 and 4.
+void add_levels(inout vec3 sum, uint levels, vec4 ends, Light light) {
+    add(sum, level_value(levels & 7u, ends.x, ends.y, ends.z, ends.w), light.first);
+    add(sum, level_value(levels >> 3u & 7u, ends.x, ends.y, ends.z, ends.w), light.second);
+    add(sum, level_value(levels >> 6u & 7u, ends.x, ends.y, ends.z, ends.w), light.third);
+    add(sum, level_value(levels >> 9u & 7u, ends.x, ends.y, ends.z, ends.w), light.fourth);
 }
 
 // Adds what a row has beside its blocks.
@@ -90,15 +90,14 @@ void add_blocks(uint group, uint lane, inout Sums sums) {
         precise float four = twice * twice;
         vec4 ends = vec4(least, step, twice, four);
         // Beyond the last column all levels are 0.
-        vec3 sent_0 = sent_by(column);
-        vec3 sent_1 = sent_by(min(column + 1u, last));
-        vec3 sent_2 = sent_by(min(column + 2u, last));
-        vec3 sent_3 = sent_by(min(column + 3u, last));
+        Light light = Light(
+            sent_by(column), sent_by(min(column + 1u, last)), sent_by(min(column + 2u, last)), sent_by(min(column + 3u, last))
+        );
         // Elements 0 to 4 lie in the lower half, 5 across both, the others in the upper one.
-        add_levels(sums.first, low >> 16u, ends, sent_0, sent_1, sent_2, sent_3);
-        add_levels(sums.second, low >> 28u | high << 4u, ends, sent_0, sent_1, sent_2, sent_3);
-        add_levels(sums.third, high >> 8u, ends, sent_0, sent_1, sent_2, sent_3);
-        add_levels(sums.fourth, high >> 20u, ends, sent_0, sent_1, sent_2, sent_3);
+        add_levels(sums.first, low >> 16u, ends, light);
+        add_levels(sums.second, low >> 28u | high << 4u, ends, light);
+        add_levels(sums.third, high >> 8u, ends, light);
+        add_levels(sums.fourth, high >> 20u, ends, light);
     }
     add_residuals(sums.first, 4u * group, lane);
     add_residuals(sums.second, 4u * group + 1u, lane);

@@ -46,30 +46,29 @@ void add(inout vec3 sum, vec3 element, vec3 light) {
     sum = added;
 }
 
-// What four columns send.
-struct Light {
+Light light_of(uint column) {
+    return Light(sent(4u * column), sent(4u * column + 1u), sent(4u * column + 2u), sent(4u * column + 3u));
+}
+
+// Colours of a block, by their index.
+struct Palette {
     vec3 first;
     vec3 second;
     vec3 third;
     vec3 fourth;
 };
 
-Light light_of(uint column) {
-    return Light(sent(4u * column), sent(4u * column + 1u), sent(4u * column + 2u), sent(4u * column + 3u));
-}
-
-// Of four colours that of an index of 2 bits.
-vec3 bc1_value(uint index, vec3 a, vec3 b, vec3 c, vec3 d) {
-    vec3 low = (index & 1u) != 0u ? b : a;
-    vec3 high = (index & 1u) != 0u ? d : c;
+vec3 bc1_value(uint index, Palette palette) {
+    vec3 low = (index & 1u) != 0u ? palette.second : palette.first;
+    vec3 high = (index & 1u) != 0u ? palette.fourth : palette.third;
     return (index & 2u) != 0u ? high : low;
 }
 
-void add_bc1_row(inout vec3 sum, uint indices, vec3 a, vec3 b, vec3 c, vec3 d, Light light) {
-    add(sum, bc1_value(indices, a, b, c, d), light.first);
-    add(sum, bc1_value(indices >> 2u, a, b, c, d), light.second);
-    add(sum, bc1_value(indices >> 4u, a, b, c, d), light.third);
-    add(sum, bc1_value(indices >> 6u, a, b, c, d), light.fourth);
+void add_bc1_row(inout vec3 sum, uint indices, Palette palette, Light light) {
+    add(sum, bc1_value(indices, palette), light.first);
+    add(sum, bc1_value(indices >> 2u, palette), light.second);
+    add(sum, bc1_value(indices >> 4u, palette), light.third);
+    add(sum, bc1_value(indices >> 6u, palette), light.fourth);
 }
 
 // A block of BC1 (Khronos Data Format Specification 1.3, section 18.1), decoded in integers.
@@ -80,15 +79,14 @@ void add_bc1(uvec2 block, uint column, inout Sums sums) {
     uvec3 to = end_codes(second);
     // Four colours, or three and black.
     bool four = first > second;
-    vec3 a = table_value(from);
-    vec3 b = table_value(to);
-    vec3 c = table_value(four ? (2u * from + to + 1u) / 3u : (from + to + 1u) / 2u);
-    vec3 d = table_value(four ? (2u * to + from + 1u) / 3u : uvec3(0u));
+    vec3 third = table_value(four ? (2u * from + to + 1u) / 3u : (from + to + 1u) / 2u);
+    vec3 fourth = table_value(four ? (2u * to + from + 1u) / 3u : uvec3(0u));
+    Palette palette = Palette(table_value(from), table_value(to), third, fourth);
     Light light = light_of(column);
-    add_bc1_row(sums.first, block.y, a, b, c, d, light);
-    add_bc1_row(sums.second, block.y >> 8u, a, b, c, d, light);
-    add_bc1_row(sums.third, block.y >> 16u, a, b, c, d, light);
-    add_bc1_row(sums.fourth, block.y >> 24u, a, b, c, d, light);
+    add_bc1_row(sums.first, block.y, palette, light);
+    add_bc1_row(sums.second, block.y >> 8u, palette, light);
+    add_bc1_row(sums.third, block.y >> 16u, palette, light);
+    add_bc1_row(sums.fourth, block.y >> 24u, palette, light);
 }
 
 // Code k steps on from the first end of a block of BC4 to the second, of seven or of five (section 19.1).

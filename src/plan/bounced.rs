@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::radiosity::bake::{CodecName, POINTS};
 use crate::radiosity::spectrum::Spectrum;
 use crate::radiosity::{Bake, Patch};
+use crate::scene::LightKind;
 use crate::scene::lighting::{Lighting, ResolvedLight};
 use crate::scene::view::View;
 use crate::shared::{self, PatchData, PatchLight};
@@ -32,10 +33,10 @@ const AFRESH: u32 = 64;
 /// Of what a light was: if it is fainter than that light is gathered afresh.
 const FAINTER: f64 = 0.1;
 
-/// What a patch gathers comes from at least as many others in equal parts: what points too few do to each of them evens out.
-const SENDERS: f64 = 8.0;
-/// Numbers of points of a patch.
-const FEWER_POINTS: [u32; 2] = [1, 4];
+/// Points of a patch where few are enough.
+const FEW_POINTS: u32 = 4;
+/// Patches that light from afar comes back from in equal parts, at least: what few points do to each of them evens out.
+const SENDERS: f64 = 32.0;
 
 /// What is made of the light of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -155,9 +156,11 @@ impl Bounced {
             Carried::Changes => format!("{how}, of columns whose light changed"),
             _ => how,
         };
-        let points_each = points_each(share, tolerance);
-        let how =
-            if points_each < POINTS { format!("{how}; {points_each} points a patch are enough for that") } else { how };
+        // Lamps may light one patch alone.
+        let from_afar = lighting.lights.iter().all(|light| light.kind == LightKind::Directional);
+        let is_few = gathers.is_none() && !feedback && from_afar && few_are_enough(share, tolerance);
+        let points_each = if is_few { FEW_POINTS } else { POINTS };
+        let how = if is_few { format!("{how}; {FEW_POINTS} points a patch, about half as much again") } else { how };
         let matrix = Matrix::new(&bake, path, limits)?;
         let planned = Self {
             steps,
@@ -184,12 +187,21 @@ impl Bounced {
 
     /// Other lights: what is known of the light of patches is taken over, but from time to time, and where a light became so much fainter that
     /// rounding of what it gave would be seen.
-    pub(super) fn go_on(&mut self, before: &Lighting, after: &Lighting) {
+    ///
+    /// # Errors
+    /// A lamp in a picture that was planned for light from afar alone.
+    pub(super) fn go_on(&mut self, before: &Lighting, after: &Lighting) -> Result<()> {
+        if self.points_each < POINTS && after.lights.iter().any(|light| light.kind != LightKind::Directional) {
+            return Err(Error::usage(
+                "a lamp where all light was directional is another picture, which has to be planned anew",
+            ));
+        }
         self.moves += 1;
         let brightness = |light: &ResolvedLight| light.intensity.max_element();
         let fainter = before.lights.len() != after.lights.len()
             || before.lights.iter().zip(&after.lights).any(|(a, b)| brightness(b) < FAINTER * brightness(a));
         self.afresh = self.carried == Carried::Changes && (fainter || self.moves.is_multiple_of(AFRESH));
+        Ok(())
     }
 
     /// Lights are read from a storage buffer: with the light of the frame before that makes one more than the least that devices bind.
@@ -275,17 +287,20 @@ pub fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> V
         .collect()
 }
 
-/// As few points of a patch as leave `tolerance` of all light, of which bounces are a `share`: of n points in strata half may be in shadow, which is off
-/// by up to 1 / (2 sqrt n), and by less where many patches add up.
-pub fn points_each(share: f64, tolerance: f64) -> u32 {
-    let off = |n: &u32| share * 0.5 / (f64::from(*n) * SENDERS).sqrt();
-    FEWER_POINTS.into_iter().find(|n| off(n) <= tolerance).unwrap_or(POINTS)
+/// Whether [`FEW_POINTS`] of a patch leave out about half of `tolerance` of all light, root mean square, of which bounces are a `share`: half of n
+/// independent points in shadow are off by 1 / (2 sqrt n), and what [`SENDERS`] patches send by less.
+pub fn few_are_enough(share: f64, tolerance: f64) -> bool {
+    share * 0.5 / (f64::from(FEW_POINTS) * SENDERS).sqrt() <= 0.5 * tolerance
 }
 
-/// `each` of the points of every patch: the middle ones of equal runs of its strata.
+/// `each` of the points of every patch, from equal runs of its strata; where in a run differs from patch to patch, since triangles that strata lie in
+/// are in the same order in many.
 pub fn points(all: &[[glam::DVec3; 2]], each: u32) -> impl Iterator<Item = &[glam::DVec3; 2]> {
     let run = (POINTS / each) as usize;
-    all.iter().skip(run / 2).step_by(run)
+    all.chunks(run).enumerate().filter_map(move |(at, points)| {
+        let (patch, stratum) = (at / each as usize, at % each as usize);
+        points.get((7 * patch + 5 * stratum) % run)
+    })
 }
 
 fn point_data([at, normal]: &[glam::DVec3; 2], view: &View) -> [[f32; 3]; 2] {

@@ -198,7 +198,7 @@ impl Plan {
         let (materials, geometry, gathered) = match kept {
             Some(mut kept) => {
                 if let Some(bounced) = &mut kept.bounced {
-                    bounced.go_on(&kept.lighting, &lighting);
+                    bounced.go_on(&kept.lighting, &lighting)?;
                 }
                 (kept.materials, kept.geometry, Some((kept.bounced, kept.bounced_why)))
             }

@@ -19,7 +19,7 @@ use super::transfer::Transfer;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// Places of a patch at which direct light is looked at.
+/// Places of a patch at which direct light is looked at, at most.
 pub const POINTS: u32 = 16;
 /// How many patches, or how wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! Form factors between all patches: near ones by the closed form, others by points, times the share of rays between them that nothing stops.
+//! Form factors between all patches: near ones by their triangles, others by points, times the share of rays between them that nothing stops.
 //!
 //! What is computed is the exchange `A_i F_ij = A_j F_ji`, once for each pair. Afterwards rows are scaled symmetrically (each by a factor of its own,
 //! to both sides) so that each sums to the share of light that meets any patch, which rays from the patch itself tell; the report says by how much.
@@ -41,7 +41,7 @@ pub struct Factors {
 /// What was computed, and how good it was.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Report {
-    /// Pairs by the closed form, by points and by one point.
+    /// Pairs by their triangles (in closed form where these are near), by points and by one point.
     pub pairs: [u64; 3],
     /// Rays between patches.
     pub rays: u64,

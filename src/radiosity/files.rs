@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 pub use rows::{load_rows, rows_path, store_rows};
 
 /// Raised when a file changes its meaning, or what is baked of the same scene and settings changes.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// The file that says what the others are.
 pub const MANIFEST: &str = "manifest.json";
 

@@ -1,4 +1,4 @@
-//! A patch with what every pair asks of it: where points of it lie, and the facets that stand for it where others are near.
+//! A patch with what every pair asks of it: where points of it lie, and what it exchanges with one that is near.
 
 use glam::DVec3;
 
@@ -20,8 +20,6 @@ pub struct Places<'a> {
     ends: Vec<f64>,
     /// Unit normals of triangles.
     normals: Vec<DVec3>,
-    /// All triangles, where others may ask what they exchange.
-    facets: Vec<Facet>,
 }
 
 /// A point of a patch.
@@ -46,12 +44,7 @@ impl<'a> Places<'a> {
         });
         let ends = ends.collect();
         let normals = patch.triangles.iter().map(|t| doubled(t).normalize_or_zero()).collect();
-        Self { patch, ends, normals, facets: Vec::new() }
-    }
-
-    /// Likewise with its facets.
-    pub fn with_facets(patch: &'a Patch) -> Self {
-        Self { facets: patch.triangles.iter().map(Facet::new).collect(), ..Self::new(patch) }
+        Self { patch, ends, normals }
     }
 
     /// Stratum k of n by area, anywhere in the triangle that it falls on.
@@ -67,22 +60,27 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Square metres: light that leaves one patch and meets the other, were nothing in between. By all pairs of triangles, or by [`MOST_PAIRS`] of more,
-    /// one from each stratum of both areas, which differ from call to call: on average they exchange as much as all.
+    /// Square metres: light that leaves one patch and meets the other, were nothing in between. By all pairs of triangles, or, where these are more than
+    /// twice as many, by [`MOST_PAIRS`] of them, one from each stratum of both areas, which differ from call to call: on average they exchange as much as
+    /// all. No patch meets more than all light of the other.
     pub fn exchange(&self, other: &Self, random: &mut Random) -> f64 {
-        if self.facets.len() * other.facets.len() <= MOST_PAIRS {
-            return self.facets.iter().flat_map(|t| other.facets.iter().map(|u| pair::exchange(t, u))).sum();
+        let triangles = [&self.patch.triangles, &other.patch.triangles];
+        let most = self.patch.area.min(other.patch.area);
+        if triangles[0].len() * triangles[1].len() <= 2 * MOST_PAIRS {
+            let [own, others] = triangles.map(|all| all.iter().map(Facet::new).collect::<Vec<_>>());
+            return own.iter().flat_map(|t| others.iter().map(|u| pair::exchange(t, u))).sum::<f64>().min(most);
         }
         let each = [self, other].map(|places| places.ends.last().copied().unwrap_or(0.0) / MOST_PAIRS as f64);
         let offset = (random.unit_f64() * MOST_PAIRS as f64) as usize;
         let of = |k: usize| {
             let strata = [k, (k * STRIDE + offset) % MOST_PAIRS];
             let [t, u] = [(self, 0), (other, 1)].map(|(places, side): (&Self, usize)| {
-                &places.facets[places.triangle_of((strata[side] as f64 + random.unit_f64()) * each[side])]
+                let along = (strata[side] as f64 + random.unit_f64()) * each[side];
+                Facet::new(&places.patch.triangles[places.triangle_of(along)])
             });
-            pair::exchange(t, u) / (t.area() * u.area())
+            pair::exchange(&t, &u) / (t.area() * u.area())
         };
-        (0..MOST_PAIRS).map(of).sum::<f64>() * each[0] * each[1] * MOST_PAIRS as f64
+        ((0..MOST_PAIRS).map(of).sum::<f64>() * each[0] * each[1] * MOST_PAIRS as f64).min(most)
     }
 
     /// The triangle in which so much of the area, counted along all of them, ends.

@@ -12,12 +12,12 @@ use crate::radiosity::patches::{Patch, Patches};
 use crate::radiosity::places::Places;
 use crate::radiosity::sight::{Segment, Sight};
 
-/// Patches nearer than so many times the sum of their radii exchange by the closed form.
+/// Patches nearer than so many times the sum of their radii exchange by their triangles.
 const NEAR: f64 = 1.5;
 /// Farther than so many times the larger diameter one point of each is enough.
 const FAR: f64 = 8.0;
 /// Pairs of points between those, at least.
-const POINTS: u32 = 16;
+const LEAST_POINTS: u32 = 16;
 /// Rays for all the light that leaves a patch, were they shared out by how much of it each pair carries; a pair has at least one.
 const RAYS: f64 = 16384.0;
 /// Rays of a pair, at most.
@@ -32,7 +32,7 @@ pub struct RawRows {
     pub first: usize,
     /// Row by row, patches after the row's own; square metres.
     pub exchanges: Vec<Vec<f32>>,
-    /// Pairs by the closed form, by points and by one point; rays.
+    /// Pairs by their triangles, by points and by one point; rays.
     pub counted: [u64; 4],
 }
 
@@ -48,7 +48,7 @@ impl RawRows {
         rows: Range<usize>,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Self> {
-        let places: Vec<Places> = patches.list[rows.start..].par_iter().map(Places::with_facets).collect();
+        let places: Vec<Places> = patches.list[rows.start..].par_iter().map(Places::new).collect();
         let first = rows.start;
         let (mut exchanges, mut counted) = (Vec::with_capacity(rows.len()), [0u64; 4]);
         let mut next = rows.start;
@@ -85,7 +85,7 @@ impl RawRows {
 struct Pair {
     /// Within its row.
     at: usize,
-    /// Square metres, were nothing in between; none: by the closed form.
+    /// Square metres, were nothing in between; none: by the triangles of both.
     exchange: Option<f64>,
     /// First of its segments, and how many there are.
     segments: Range<usize>,
@@ -136,14 +136,11 @@ impl PendingRow {
         } else {
             let near = distance < NEAR * (a.radius + b.radius);
             self.counted[usize::from(!near)] += 1;
-            add_points(ends, POINTS, random, room);
-            let mean = |room: &[Weighted]| room.iter().map(|point| point.1).sum::<f64>() / room.len() as f64;
-            let wanted = rays(mean(room) * areas, a, b);
-            if wanted > POINTS {
-                room.clear();
-                add_points(ends, wanted, random, room);
-            }
-            let exchange = mean(room) * areas;
+            // How many points there are hangs on the middles alone: on what points find it must not, or what they find would be low on average.
+            let about = point_kernel(a.center, a.normal, b.center, b.normal) * areas;
+            add_points(ends, rays(about, a, b).max(LEAST_POINTS), random, room);
+            let exchange = room.iter().map(|point| point.1).sum::<f64>() / room.len() as f64 * areas;
+            let wanted = rays(exchange, a, b);
             // What would exchange nothing needs no look.
             room.retain(|point| point.1 > 0.0);
             self.keep_some(room, wanted, random);
@@ -216,15 +213,19 @@ fn rays(exchange: f64, a: &Patch, b: &Patch) -> u32 {
 
 /// Pairs of points, from independent strata of both.
 fn add_points([a, b]: [&Places; 2], count: u32, random: &mut Random, room: &mut Vec<Weighted>) {
-    // No divisor of what it goes around in, so that every stratum has its turn.
-    let stride = if count.is_multiple_of(7) { 11 } else { 7 };
     let offset = (random.unit_f64() * f64::from(count)) as u32;
     for k in 0..count {
         let from = a.point(k, count, random);
-        let to = b.point((k * stride + offset) % count, count, random);
+        let to = b.point(other_stratum(k, offset, count), count, random);
         let weight = point_kernel(from.at, from.normal, to.at, to.normal);
         room.push((Segment { from: from.at, to: to.at, triangles: [from.triangle, to.triangle] }, weight));
     }
+}
+
+/// Stratum of the other patch that stratum `k` of `count` is paired with: all of them have their turn, since nothing divides both the stride and `count`.
+fn other_stratum(k: u32, offset: u32, count: u32) -> u32 {
+    let stride = [7, 11, 13].into_iter().find(|stride| !count.is_multiple_of(*stride)).unwrap_or(1);
+    (k * stride + offset) % count
 }
 
 /// Some of the other may lie in front.

@@ -44,14 +44,14 @@ pub fn load_rows(folder: &Path, key: &str, rows: &Range<usize>, count: usize) ->
     let line = String::from_utf8_lossy(&bytes[..=end]).into_owned();
     let data = &bytes[end + 1..];
     let words: Vec<&str> = line.split_whitespace().collect();
-    let counted: Vec<u64> = words.iter().skip(6).take(4).filter_map(|word| word.parse().ok()).collect();
-    let counted: [u64; 4] = counted.try_into().map_err(|_| refuse("its first line lacks counters"))?;
     if words.get(..2) == Some(&["lampyris", "rows"]) && words.get(2) != Some(&VERSION.to_string().as_str()) {
         return Err(refuse(&format!(
             "is of version {}: this build reads version {VERSION}",
             words.get(2).unwrap_or(&"?")
         )));
     }
+    let counted: Vec<u64> = words.iter().skip(6).take(4).filter_map(|word| word.parse().ok()).collect();
+    let counted: [u64; 4] = counted.try_into().map_err(|_| refuse("its first line lacks counters"))?;
     if words.get(3) != Some(&key) {
         return Err(refuse(&format!("is of the bake {}, not of {key}", words.get(3).unwrap_or(&"?"))));
     }
