@@ -292,7 +292,7 @@ fn said(baked: &Bake, stages: &Stages, bytes: u64, (folder, looks): (&Path, &str
     let times: Vec<String> = stages.iter().map(|(name, ms)| format!("{name} {:.2}", ms * 1e-3)).collect();
     let [least, mean, most] = report.row_sums;
     format!(
-        "{}factors   {} pairs by the closed form, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
+        "{}factors   {} near pairs by their triangles, {} by points, {} by one; {} rays; rows summed to {least:.3}, {mean:.3}, {most:.3} of what rays find\n\
          looks     {looks}\n\
          codec     {}: {:.3} bytes an element, {} in all; relative L2 of bounced light {:.2e}, at most {:.2e}\n\
          spectrum  {:.4} to {:.4}{}\n\
