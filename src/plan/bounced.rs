@@ -289,7 +289,7 @@ pub fn steps(iteration: Iteration, smallest: f64, largest: f64, count: u32) -> V
 
 /// Whether [`FEW_POINTS`] of a patch leave out about half of `tolerance` of all light, root mean square, of which bounces are a `share`: half of n
 /// independent points in shadow are off by 1 / (2 sqrt n), and what [`SENDERS`] patches send by less.
-pub fn few_are_enough(share: f64, tolerance: f64) -> bool {
+fn few_are_enough(share: f64, tolerance: f64) -> bool {
     share * 0.5 / (f64::from(FEW_POINTS) * SENDERS).sqrt() <= 0.5 * tolerance
 }
 

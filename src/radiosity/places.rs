@@ -61,7 +61,7 @@ impl<'a> Places<'a> {
     }
 
     /// Square metres: light that leaves one patch and meets the other, were nothing in between. By all pairs of triangles, or, where these are more than
-    /// twice as many, by [`MOST_PAIRS`] of them, one from each stratum of both areas, which differ from call to call: on average they exchange as much as
+    /// twice as many, by 256 of them, one from each stratum of both areas, which differ from call to call: on average they exchange as much as
     /// all. No patch meets more than all light of the other.
     pub fn exchange(&self, other: &Self, random: &mut Random) -> f64 {
         let triangles = [&self.patch.triangles, &other.patch.triangles];
