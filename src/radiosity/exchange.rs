@@ -104,7 +104,8 @@ pub fn runs(count: usize) -> Vec<Range<usize>> {
     runs
 }
 
-fn points_of(patches: &Patches, index: usize) -> Vec<[DVec3; 2]> {
+/// [`POINTS`] places of a patch with the unit normals there.
+pub(super) fn points_of(patches: &Patches, index: usize) -> Vec<[DVec3; 2]> {
     let patch = &patches.list[index];
     let mut random = Random::new((index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
     points_on(patch, POINTS, &mut random)

@@ -6,27 +6,14 @@ use std::f64::consts::PI;
 
 use super::factors::Factors;
 use super::patches::Patches;
-use super::places::points_on;
-use crate::math::random::Random;
 use crate::reference::render::Reference;
 use crate::reference::shade::Shader;
 
-/// Points of a patch at which direct light is looked at.
-const POINTS: u32 = 16;
 /// Gathers before a series that does not end is left.
 const MOST_GATHERS: u32 = 10_000;
 
-/// Irradiance of each patch straight from punctual lights, past what stands in their way; lux by channel.
-pub fn direct(patches: &Patches, occluders: &Reference, shader: &Shader, seed: u64) -> Vec<DVec3> {
-    let of = |(index, patch): (usize, &super::Patch)| {
-        let mut random = Random::new(seed ^ (index as u64).wrapping_mul(0xA24B_AED4_963E_E407));
-        points_on(patch, POINTS, &mut random)
-    };
-    let points: Vec<[DVec3; 2]> = patches.list.iter().enumerate().flat_map(of).collect();
-    direct_at(patches, &points, occluders, shader)
-}
-
-/// The same at given points with their normals, as many of each patch.
+/// Irradiance of each patch straight from punctual lights, past what stands in their way, at given points with their normals, as many of each patch; lux
+/// by channel.
 pub fn direct_at(patches: &Patches, points: &[[DVec3; 2]], occluders: &Reference, shader: &Shader) -> Vec<DVec3> {
     let each = points.len() / patches.list.len().max(1);
     let of = |index: usize| {

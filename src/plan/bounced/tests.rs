@@ -83,3 +83,25 @@ fn few_points_are_enough_for_little_light() {
     assert_ne!(found[0] as u32 % POINTS, found[FEW_POINTS as usize] as u32 % POINTS);
     assert!(points(&all, POINTS).eq(all.iter()));
 }
+
+/// Few points were chosen since all light came from afar: a lamp is refused, and more sun is not.
+#[test]
+fn a_lamp_is_refused_where_few_points_were_planned() {
+    let mut scene = crate::scene::builtin::load("cornell").expect("a built-in scene");
+    for material in &mut scene.materials {
+        (material.emissive, material.base_color) = ([0.0; 3], [0.04, 0.04, 0.04, 1.0]);
+    }
+    scene.lights.truncate(1);
+    scene.lights[0].kind = LightKind::Directional;
+    scene.lights[0].range = None;
+    let bake = Arc::new(Bake::of_scene(&scene, crate::radiosity::Settings::of_count(60)).expect("a bake"));
+    let gi = Gi::Radiosity(Gathering::default());
+    let request = Request { gi, bake: Some(bake), lights_move: true, width: 32, height: 32, ..Request::default() };
+    let plan = Plan::new(&scene, &request, &Limits::MINIMUM).expect("a plan");
+    assert_eq!(plan.bounced.as_ref().map(|bounced| bounced.points_each), Some(FEW_POINTS));
+    scene.lights[0].intensity *= 2.0;
+    let plan = plan.relit(&scene, &request, &Limits::MINIMUM).expect("a plan of more light");
+    scene.lights[0].kind = LightKind::Point;
+    let said = plan.relit(&scene, &request, &Limits::MINIMUM).expect_err("a lamp").to_string();
+    assert!(said.contains("lamp"), "{said}");
+}

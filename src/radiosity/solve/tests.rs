@@ -1,5 +1,8 @@
 use super::*;
+use crate::math::random::Random;
+use crate::radiosity::exchange::points_of;
 use crate::radiosity::patches::PatchSource;
+use crate::radiosity::places::points_on;
 use crate::reference::render::{Paths, Reference};
 use crate::scene::lighting::{LightRules, Lighting};
 use crate::scene::shading::Shading;
@@ -18,7 +21,8 @@ fn solved(scene: &Scene, count: usize, view: &View, lighting: &Lighting) -> Solv
     let patches = Patches::of_count(scene, &occluders, count, PatchSource::Triangles).expect("patches");
     let shader = Shader::new(lighting, view, Shading::Lambert);
     let factors = Factors::new(&patches, &occluders, 1, &|| {}).expect("factors");
-    let direct = direct(&patches, &occluders, &shader, 1);
+    let points: Vec<[DVec3; 2]> = (0..patches.list.len()).flat_map(|index| points_of(&patches, index)).collect();
+    let direct = direct_at(&patches, &points, &occluders, &shader);
     let indirect = indirect(&factors, &patches, &direct, None, 1e-7);
     Solved { patches, factors, direct, indirect }
 }

@@ -156,7 +156,7 @@ impl Traced {
     pub fn sentence(&self, exchange: &Exchange, seconds: f64) -> String {
         let report = exchange.factors;
         format!(
-            "Form factors took {seconds:.1} s: {} near pairs by their triangles, {} by points, {} by one, {} rays. Against {} paths from each of {} patches \
+            "Patches, form factors and transfer took {seconds:.1} s: {} near pairs by their triangles, {} by points, {} by one, {} rays. Against {} paths from each of {} patches \
              (standard error {:.2} % of their mean) patches with all bounces of the exact matrix are off by {:.2} % rms, {:+.2} % in the mean: no \
              codec is better than that.",
             report.pairs[0],
